@@ -10,7 +10,7 @@ use glimpse_trainer::evaluation::Adaptive;
 use glimpse_trainer::measurement::{MachineArgs, NamedRecipe};
 use glimpse_training::route::{Machine, Position};
 
-use super::require_pattern;
+use super::read_recipe;
 
 /// Options of an evaluation of adaptive scans.
 #[derive(Args)]
@@ -66,8 +66,7 @@ impl AdaptiveArgs {
                     "--begin: {} begins with its own samples; remove --begin, or give a recipe of `train --samples any`",
                     given.name
                 );
-                let named = NamedRecipe::read(path)?;
-                require_pattern(&named.file, &named.name)?;
+                let named = read_recipe(path)?;
                 args.check_reach(&named, &machine).context("--begin")?;
                 named
             }

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, bail};
 use glimpse_materials::Sources;
-use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
+use glimpse_trainer::report::{Column, Table};
 use glimpse_training::meta::objective::LossEstimate;
 use glimpse_training::meta::options::Options;
 use glimpse_training::meta::plan::Effort;
@@ -90,31 +90,23 @@ fn is_too_fast(error: &anyhow::Error) -> bool {
 }
 
 fn table(estimates: &[(usize, LossEstimate)], scan: &ScanBudget) -> Table {
-    Table {
-        caption: format!(
-            "Expected loss of scans of {} s, by quick trainings",
-            scan.seconds
-        ),
-        columns: vec![
-            Column::number("n", 0, Highlight::None),
-            Column::number("seconds of motion", 1, Highlight::None),
-            Column::number("expected loss", 4, Highlight::Lowest),
-            Column::number("standard error", 4, Highlight::None),
-        ],
-        rows: estimates
-            .iter()
-            .map(|(samples, estimate)| {
-                let error = estimate.standard_error;
-                vec![
-                    Cell::Number(*samples as f64),
-                    Cell::Number(scan.seconds - scan.settle * *samples as f64),
-                    Cell::Number(f64::from(estimate.loss)),
-                    error.map_or(Cell::Missing, |error| Cell::Number(f64::from(error))),
-                ]
-            })
-            .collect(),
-        compare: Compare::WithinColumn,
-    }
+    let seconds = scan.seconds;
+    let columns = [
+        Column::plain("n", 0),
+        Column::plain("seconds of motion", 1),
+        Column::loss("expected loss"),
+        Column::plain("standard error", 4),
+    ];
+    let row = |(samples, estimate): &(usize, LossEstimate)| {
+        vec![
+            (*samples).into(),
+            (seconds - scan.settle * *samples as f64).into(),
+            f64::from(estimate.loss).into(),
+            estimate.standard_error.map(f64::from).into(),
+        ]
+    };
+    let caption = format!("Expected loss of scans of {seconds} s, by quick trainings");
+    Table::new(caption, columns, estimates.iter().map(row))
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use clap::Args;
 use glimpse_core::model::ModelKind;
 use glimpse_kernels::lanes::InstructionSet;
 use glimpse_trainer::benchmark::{Workload, peak};
-use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
+use glimpse_trainer::report::{Column, Table};
 use serde::Serialize;
 
 use super::progress::StepProgress;
@@ -100,27 +100,21 @@ impl Bench {
 }
 
 fn table(lines: &[Line]) -> Table {
-    let plain = |title: &str, decimals| Column::number(title, decimals, Highlight::None);
-    let number = |number: Option<f64>| number.map_or(Cell::Missing, Cell::Number);
+    let columns = [
+        Column::text(""),
+        Column::plain("threads", 0),
+        Column::plain("median ms", 4),
+        Column::plain("GFLOP/s", 1),
+        Column::plain("% of peak", 0),
+    ];
     let row = |line: &Line| {
         vec![
-            Cell::Text(line.name.clone()),
-            Cell::Number(line.threads as f64),
-            number(line.median_ms),
-            number(line.gflops),
-            number(line.share_of_peak.map(|share| 100.0 * share)),
+            line.name[..].into(),
+            line.threads.into(),
+            line.median_ms.into(),
+            line.gflops.into(),
+            line.share_of_peak.map(|share| 100.0 * share).into(),
         ]
     };
-    Table {
-        caption: String::new(),
-        columns: vec![
-            Column::text(""),
-            plain("threads", 0),
-            plain("median ms", 4),
-            plain("GFLOP/s", 1),
-            plain("% of peak", 0),
-        ],
-        rows: lines.iter().map(row).collect(),
-        compare: Compare::WithinColumn,
-    }
+    Table::new("", columns, lines.iter().map(row))
 }

@@ -9,8 +9,8 @@ use glimpse_trainer::evaluation::Evaluator;
 use glimpse_trainer::metrics::{Metrics, color_differences};
 use glimpse_trainer::render::{Picture, render_sphere};
 use glimpse_trainer::report::{
-    Cell, Column, Compare as Comparison, Gallery, GalleryRow, Lobe, MAX_LOBES, Page, Table, Tile,
-    lobe, lobe_svg, metric_columns,
+    Cell, Column, Gallery, GalleryRow, Lobe, MAX_LOBES, Page, Table, Tile, lobe, lobe_svg,
+    metric_columns,
 };
 use rayon::prelude::*;
 use serde_json::json;
@@ -131,17 +131,12 @@ impl Compare {
 
 fn table(reference: &str, compared: &[Compared]) -> Table {
     let row = |compared: &Compared| {
-        let label = [Cell::Text(compared.label.clone())].into_iter();
+        let label = [compared.label[..].into()].into_iter();
         label.chain(Cell::of_metrics(&compared.metrics)).collect()
     };
-    let mut columns = vec![Column::text("Material")];
-    columns.extend(metric_columns());
-    Table {
-        caption: format!("Errors against {reference}"),
-        columns,
-        rows: compared.iter().map(row).collect(),
-        compare: Comparison::WithinColumn,
-    }
+    let columns = [&[Column::text("Material")][..], &metric_columns()].concat();
+    let rows = compared.iter().map(row);
+    Table::new(format!("Errors against {reference}"), columns, rows)
 }
 
 fn write_page(

@@ -4,7 +4,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_trainer::evaluation::{Estimate, Report, TargetReport, TrainingOverlap};
 use glimpse_trainer::export::expectation;
 use glimpse_trainer::metrics::METRICS;
-use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table, metric_columns};
+use glimpse_trainer::report::{Cell, Column, Table, metric_columns};
 use glimpse_training::meta::completion::loss_predictor::rank_correlation;
 use glimpse_training::recipe::{Metadata, MetadataError};
 use serde::Serialize;
@@ -161,20 +161,24 @@ impl RecipeReport {
     pub(super) fn to_text(&self) -> String {
         let report = &self.report;
         let mut columns = vec![Column::text("material")];
-        columns.extend(METRICS.map(|metric| plain(metric.title, metric.decimals)));
+        columns.extend(METRICS.map(|metric| Column::plain(metric.title, metric.decimals)));
         let has_bound = self
             .prediction
             .as_ref()
             .map(|each| each.bound_coverage.is_some());
-        columns.extend(has_bound.map(|_| plain("predicted loss", 4)));
-        columns.extend(has_bound.filter(|has| *has).map(|_| plain("at most", 4)));
+        columns.extend(has_bound.map(|_| Column::plain("predicted loss", 4)));
+        columns.extend(
+            has_bound
+                .filter(|has| *has)
+                .map(|_| Column::plain("at most", 4)),
+        );
         let predictions = columns.len() - 1 - METRICS.len();
         columns.push(Column::text(""));
         let row = |name: &str, values: [f64; METRICS.len()], predicted: [_; 2], mark: &str| {
-            let mut row = vec![Cell::Text(name.to_owned())];
+            let mut row = vec![Cell::from(name)];
             row.extend(values.map(Cell::Number));
-            row.extend(predicted.into_iter().take(predictions).map(Cell::optional));
-            row.push(Cell::Text(mark.to_owned()));
+            row.extend(predicted.map(Cell::from).into_iter().take(predictions));
+            row.push(mark.into());
             row
         };
         let mut rows = Vec::new();
@@ -201,7 +205,7 @@ impl RecipeReport {
             report.method,
             report.model,
             report.samples,
-            table(columns, rows).to_text()
+            Table::new("", columns, rows).to_text()
         );
         if let Some(error) = report.loss_standard_error {
             text += &format!(
@@ -222,19 +226,6 @@ impl RecipeReport {
             text += &format!("{remark}\n");
         }
         text
-    }
-}
-
-fn plain(title: impl Into<String>, decimals: usize) -> Column {
-    Column::number(title, decimals, Highlight::None)
-}
-
-fn table(columns: Vec<Column>, rows: Vec<Vec<Cell>>) -> Table {
-    Table {
-        caption: String::new(),
-        columns,
-        rows,
-        compare: Compare::WithinColumn,
     }
 }
 
@@ -303,13 +294,13 @@ impl<'a> Comparison<'a> {
     pub(super) fn to_text(&self) -> String {
         let count = self.recipes[0].report.materials.len();
         let mut columns = ["recipe", "model"].map(Column::text).to_vec();
-        columns.push(plain("n", 0));
+        columns.push(Column::plain("n", 0));
         columns.extend(metric_columns());
         columns.extend([
-            plain("std. error", 4),
-            plain("loss - first", 4),
-            plain("its std. error", 4),
-            plain(format!("less loss on (of {count})"), 0),
+            Column::plain("std. error", 4),
+            Column::plain("loss - first", 4),
+            Column::plain("its std. error", 4),
+            Column::plain(format!("less loss on (of {count})"), 0),
         ]);
         let differences = [None].into_iter().chain(self.differences.iter().map(Some));
         let rows = self
@@ -319,23 +310,23 @@ impl<'a> Comparison<'a> {
             .map(|(each, difference)| {
                 let report = &each.report;
                 let mut row = vec![
-                    Cell::Text(each.recipe.clone()),
-                    Cell::Text(report.model.clone()),
-                    Cell::Number(report.samples as f64),
+                    each.recipe[..].into(),
+                    report.model[..].into(),
+                    report.samples.into(),
                 ];
                 row.extend(Cell::of_metrics(&report.metrics));
-                row.push(Cell::optional(report.loss_standard_error));
+                row.push(report.loss_standard_error.into());
                 if let Some(difference) = difference {
-                    row.push(Cell::Number(difference.loss));
-                    row.push(Cell::optional(difference.standard_error));
-                    row.push(Cell::Number(difference.less_loss_on as f64));
+                    row.push(difference.loss.into());
+                    row.push(difference.standard_error.into());
+                    row.push(difference.less_loss_on.into());
                 }
                 row
             });
         let mut text = format!(
             "{}\nDifferences are paired by material; their standard error is over the {count} \
              differences.\n",
-            table(columns, rows.collect()).to_text()
+            Table::new("", columns, rows).to_text()
         );
         for each in self.recipes {
             for remark in each.remarks() {

@@ -14,8 +14,7 @@ pub(crate) fn compact_basis_of_recipe(
     recipe: &Path,
     components: Option<usize>,
 ) -> anyhow::Result<Vec<u8>> {
-    let (_, basis) = read_recipe(recipe)?;
-    let Some(basis) = basis else {
+    let Some(basis) = read_recipe(recipe)?.basis else {
         bail!(
             "{} has no basis: --format basis takes a recipe of the model linear with its basis file \
              next to it",

@@ -4,7 +4,7 @@ use anyhow::{Context, bail};
 use glimpse_core::model::ModelKind;
 use glimpse_materials::files::write_atomic;
 use glimpse_materials::{MODELS, SourceShare, Sources};
-use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
+use glimpse_trainer::report::{Column, Table};
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::recipe::RecipeFile;
 
@@ -113,23 +113,15 @@ fn stated_loss(file: &RecipeFile) -> anyhow::Result<f32> {
 }
 
 fn table(cells: &[GridCell]) -> Table {
-    Table {
-        caption: "Expected loss of each recipe".into(),
-        columns: vec![
-            Column::text("model"),
-            Column::number("n", 0, Highlight::None),
-            Column::number("expected loss", 4, Highlight::None),
-        ],
-        rows: cells
-            .iter()
-            .map(|cell| {
-                vec![
-                    Cell::Text(cell.model.name().into()),
-                    Cell::Number(cell.samples as f64),
-                    Cell::optional(cell.expected_loss.map(f64::from)),
-                ]
-            })
-            .collect(),
-        compare: Compare::WithinColumn,
-    }
+    let columns = [
+        Column::text("model"),
+        Column::plain("n", 0),
+        Column::plain("expected loss", 4),
+    ];
+    let row = |cell: &GridCell| {
+        let loss = cell.expected_loss.map(f64::from);
+        vec![cell.model.name().into(), cell.samples.into(), loss.into()]
+    };
+    let rows = cells.iter().map(row);
+    Table::new("Expected loss of each recipe", columns, rows)
 }

@@ -36,22 +36,19 @@ pub(crate) mod virtual_scanner;
 
 use std::io::{self, Write};
 use std::path::Path;
-use std::sync::Arc;
 
 use anyhow::{Context, bail, ensure};
 use glimpse_core::model::ModelKind;
-use glimpse_materials::basis::Basis;
 use glimpse_materials::{Coverage, Material, MaterialsAndShares, Source, Sources};
 use glimpse_trainer::measurement::NamedRecipe;
 use glimpse_training::recipe::RecipeFile;
 use serde::Serialize;
 
 /// Reads a recipe with a pattern and, for the model linear, its basis file next to it.
-pub(crate) fn read_recipe(path: &Path) -> anyhow::Result<(RecipeFile, Option<Basis>)> {
-    let NamedRecipe { file, basis, .. } = NamedRecipe::read(path)?;
-    require_pattern(&file, &path.display().to_string())?;
-    let file = Arc::into_inner(file).context("the recipe is in use")?;
-    Ok((file, basis.map(Arc::unwrap_or_clone)))
+pub(crate) fn read_recipe(path: &Path) -> anyhow::Result<NamedRecipe> {
+    let named = NamedRecipe::read(path)?;
+    require_pattern(&named.file, &path.display().to_string())?;
+    Ok(named)
 }
 
 /// Refuses a recipe without a pattern.

@@ -14,7 +14,7 @@ use glimpse_trainer::evaluation::{Evaluator, Method, SPHERE_SIZE, names};
 use glimpse_trainer::metrics::Metrics;
 use glimpse_trainer::render::Picture;
 use glimpse_trainer::report::{
-    Cell, Column, Compare, Gallery, GalleryRow, Highlight, Page, Table, metric_columns, pattern_svg,
+    Cell, Column, Gallery, GalleryRow, Page, Table, metric_columns, pattern_svg,
 };
 use glimpse_training::meta::plan::Effort;
 use glimpse_training::meta::run::INNER_STEPS;
@@ -326,24 +326,17 @@ fn table(caption: String, methods: &[ComparedMethod<'_>], results: &[MaterialRes
     let rows = methods.iter().enumerate().map(|(index, method)| {
         let metrics = results.iter().map(|results| results[index].0);
         let mean = Metrics::mean(metrics).unwrap_or_default();
-        let mut row = vec![Cell::Text(method.label.clone())];
+        let mut row = vec![method.label[..].into()];
         row.extend(Cell::of_metrics(&mean));
-        row.push(Cell::optional(method.seconds));
-        row.push(Cell::optional(method.cycles.map(|cycles| cycles as f64)));
+        row.push(method.seconds.into());
+        row.push(method.cycles.map(|cycles| cycles as f64).into());
         row
     });
     let mut columns = vec![Column::text("Method")];
     columns.extend(metric_columns());
-    columns.extend([
-        Column::number("Scan (s)", 1, Highlight::None),
-        Column::number("Fit (cycles)", 0, Highlight::None),
-    ]);
-    Table {
-        caption,
-        columns,
-        rows: rows.collect(),
-        compare: Compare::WithinColumn,
-    }
+    columns.push(Column::plain("Scan (s)", 1));
+    columns.push(Column::plain("Fit (cycles)", 0));
+    Table::new(caption, columns, rows)
 }
 
 /// Returns the pictures of each material, and of its scans with their errors. `first` is the result of the first method.

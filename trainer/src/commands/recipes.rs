@@ -7,7 +7,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand};
 use glimpse_materials::basis::Basis;
 use glimpse_trainer::bundled::{self, BundledRecipe, Losses};
-use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
+use glimpse_trainer::report::{Column, Table};
 use glimpse_training::recipe::Metadata;
 use glimpse_training::route::{Order, Route};
 use serde::Serialize;
@@ -133,39 +133,36 @@ impl Entry {
 
 fn table(entries: &[Entry]) -> Table {
     let row = |entry: &Entry| {
-        let loss = |select: fn(&Losses) -> f64| Cell::optional(entry.loss.as_ref().map(select));
+        let loss = |select: fn(&Losses) -> f64| entry.loss.as_ref().map(select).into();
         vec![
-            Cell::Text(entry.name.to_owned()),
-            Cell::Number(entry.samples as f64),
-            Cell::Number(entry.bytes as f64),
-            Cell::optional(entry.seconds),
+            entry.name.into(),
+            entry.samples.into(),
+            entry.bytes.into(),
+            entry.seconds.into(),
             loss(|each| each.procedural),
             loss(|each| each.merl),
-            Cell::optional(entry.loss.as_ref().and_then(|each| each.rgl)),
+            entry.loss.as_ref().and_then(|each| each.rgl).into(),
             loss(|each| each.merl_color),
         ]
     };
-    Table {
-        caption: format!(
-            "Bundled recipes, and their mean losses on unseen materials: 40 procedural, 80 of MERL, and 17 of RGL (by \
-             cross-validation), and the mean color error (CIEDE2000) of the spheres of MERL's. Recipes of the model linear also need the compact basis of {} \
-             bytes, and those for readings at any directions (n = 0) one of {}.",
-            bundled::BASIS.len(),
-            bundled::ANY_BASIS.len()
-        ),
-        columns: vec![
-            Column::text("Recipe"),
-            Column::number("n", 0, Highlight::None),
-            Column::number("Bytes", 0, Highlight::None),
-            Column::number("Seconds of a scan", 1, Highlight::None),
-            Column::number("Loss: procedural", 4, Highlight::None),
-            Column::number("MERL", 4, Highlight::None),
-            Column::number("RGL", 4, Highlight::None),
-            Column::number("Color error: MERL", 1, Highlight::None),
-        ],
-        rows: entries.iter().map(row).collect(),
-        compare: Compare::WithinColumn,
-    }
+    let columns = [
+        Column::text("Recipe"),
+        Column::plain("n", 0),
+        Column::plain("Bytes", 0),
+        Column::plain("Seconds of a scan", 1),
+        Column::plain("Loss: procedural", 4),
+        Column::plain("MERL", 4),
+        Column::plain("RGL", 4),
+        Column::plain("Color error: MERL", 1),
+    ];
+    let caption = format!(
+        "Bundled recipes, and their mean losses on unseen materials: 40 procedural, 80 of MERL, and 17 of RGL (by \
+         cross-validation), and the mean color error (CIEDE2000) of the spheres of MERL's. Recipes of the model linear also need the compact basis of {} \
+         bytes, and those for readings at any directions (n = 0) one of {}.",
+        bundled::BASIS.len(),
+        bundled::ANY_BASIS.len()
+    );
+    Table::new(caption, columns, entries.iter().map(row))
 }
 
 impl Get {

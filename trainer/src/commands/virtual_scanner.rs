@@ -3,6 +3,7 @@
 use std::fs;
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context, ensure};
 use clap::Args;
@@ -98,11 +99,11 @@ impl VirtualScanner {
         }
         let mut basis = None;
         if let Some(path) = &self.recipe {
-            let (file, recipe_basis) = read_recipe(path)?;
-            warn_of_overlap(&file.recipe(), &materials)?;
-            let checksum = file.recipe().checksum();
-            basis = recipe_basis.map(|basis| (checksum, basis));
-            scanner = scanner.with_recipe(file.bytes().to_vec());
+            let named = read_recipe(path)?;
+            let recipe = named.file.recipe();
+            warn_of_overlap(&recipe, &materials)?;
+            basis = named.basis.map(|basis| (recipe.checksum(), basis));
+            scanner = scanner.with_recipe(named.file.bytes().to_vec());
         }
         let listener = TcpListener::bind(self.listen)
             .with_context(|| format!("cannot listen on {}", self.listen))?;
@@ -123,14 +124,14 @@ impl VirtualScanner {
         mut stream: TcpStream,
         scanner: &mut scanner::VirtualScanner<'_>,
         material: Option<&dyn Material>,
-        basis: Option<&(u32, Basis)>,
+        basis: Option<&(u32, Arc<Basis>)>,
     ) -> anyhow::Result<bool> {
         loop {
             match scanner.serve(&mut stream) {
                 Ok(report) => {
                     // The basis of another recipe does not fit these coefficients.
                     let basis = basis.filter(|(checksum, _)| *checksum == report.recipe);
-                    self.report_scan(&report, material, basis.map(|(_, basis)| basis))?;
+                    self.report_scan(&report, material, basis.map(|(_, basis)| &**basis))?;
                     if self.once {
                         return Ok(true);
                     }

@@ -68,7 +68,7 @@ pub struct Outcome {
 
 /// The directions that a method measures.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum SampleDirections {
+pub enum SampleDirections {
     /// These angles, in radians.
     Pattern(Vec<Angles<f32>>),
     /// A number of uniform valid directions, drawn again for each material and seed.
@@ -117,8 +117,8 @@ pub struct Method<'a> {
     prior: Option<CoefficientPrior>,
 }
 
-/// The number of directions of the method Optimum for the model Linear.
-const LINEAR_OPTIMUM_DIRECTIONS: usize = 8_192;
+/// The number of directions at which the method Optimum for the model Linear has converged.
+pub const LINEAR_OPTIMUM_DIRECTIONS: usize = 8_192;
 
 impl<'a> Method<'a> {
     fn new(name: &'static str, directions: SampleDirections, algorithm: FitAlgorithm<'a>) -> Self {
@@ -326,42 +326,18 @@ impl<'a> Method<'a> {
         )
     }
 
-    /// Creates the method Random of the model Linear: random samples, and precision `eta` for all coefficients.
+    /// Creates a ridge solve of the model Linear with precision `eta` for all coefficients, such as the methods Random, NJR15
+    /// (Nielsen et al. 2015) and Optimum.
     #[must_use]
-    pub fn linear_random(basis: &'a Basis, eta: f32, samples: usize) -> Self {
-        Self::linear(names::RANDOM, basis, eta, SampleDirections::Random(samples))
-    }
-
-    /// Creates the method NJR15 of the model Linear: samples that make the problem well conditioned (Nielsen et al.
-    /// 2015).
-    #[must_use]
-    pub fn linear_njr15(basis: &'a Basis, eta: f32, pattern: Vec<Angles<f32>>) -> Self {
-        Self::linear(names::NJR15, basis, eta, SampleDirections::Pattern(pattern))
-    }
-
-    /// Creates the method Optimum of the model Linear: enough samples for the result to converge.
-    #[must_use]
-    pub fn linear_optimum(basis: &'a Basis, eta: f32) -> Self {
-        Self::linear(
-            names::OPTIMUM,
-            basis,
-            eta,
-            SampleDirections::Converged(LINEAR_OPTIMUM_DIRECTIONS),
-        )
-    }
-
-    fn linear(
+    pub fn linear(
         name: &'static str,
         basis: &'a Basis,
         eta: f32,
         directions: SampleDirections,
     ) -> Self {
         let precision = vec![eta; basis.components()];
-        Self::new(
-            name,
-            directions,
-            FitAlgorithm::RidgeAnywhere(precision, basis),
-        )
+        let algorithm = FitAlgorithm::RidgeAnywhere(precision, basis);
+        Self::new(name, directions, algorithm)
     }
 
     /// Returns the name in tables, pictures and reports.

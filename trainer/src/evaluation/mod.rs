@@ -16,7 +16,9 @@ pub use estimate::Estimate;
 pub use ggx::Ggx;
 pub use glimpse_kernels::scan::{ScanOutcome, scan};
 pub use leakage::{TrainingMaterials, TrainingOverlap};
-pub use method::{Fitted, Method, Outcome, measure, names};
+pub use method::{
+    Fitted, LINEAR_OPTIMUM_DIRECTIONS, Method, Outcome, SampleDirections, measure, names,
+};
 pub use target::{TargetReport, TargetScan};
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -296,12 +298,6 @@ impl<'a> Evaluator<'a> {
     #[must_use]
     pub fn reference(&self, material: usize) -> &Picture {
         &self.references[material].sphere
-    }
-
-    /// Renders the sphere of a BRDF.
-    #[must_use]
-    pub fn render(&self, fitted: &(impl Brdf + ?Sized)) -> Picture {
-        render_sphere(fitted, SPHERE_SIZE).tone_map()
     }
 
     /// Returns the loss of a BRDF.

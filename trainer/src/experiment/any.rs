@@ -1,12 +1,13 @@
 //! Readings at directions of common instruments, completed without a learned pattern.
 
+use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::measurement::Instrument;
-use glimpse_trainer::report::{Cell, Column, Compare};
+use glimpse_trainer::report::{Column, Compare};
 
-use super::case::{Approach, Case, Disturbance, Variation};
+use super::case::{Approach, Case, DISPLACEMENTS, Variation};
 use super::engine::{Grid, Part, Plan, Row};
-use super::shared::{MODELS, loss, plain, text, title};
+use super::shared::{MODELS, title};
 use super::store::Store;
 
 /// Each instrument, with exact readings, and with displaced arms.
@@ -18,36 +19,38 @@ pub(super) fn any(store: &Store<'_>) -> Plan {
                  the readings with a recipe of `trainer train --samples any`.";
     let mut parts = vec![Part::Text(intro.into())];
     for (set, test_set) in store.sets.iter().enumerate() {
-        let rows = Disturbance::ALL.into_iter().flat_map(|disturbance| {
-            Instrument::ALL.map(|instrument| {
-                let case = |approach, model| {
-                    let readings = Variation::Readings(instrument, disturbance);
-                    Case::new(approach, model, 0).with(readings)
-                };
-                let models = MODELS.map(|model| case(Approach::Any, model));
-                let ggx = case(Approach::Ggx, ModelKind::CookTorrance);
-                Row {
-                    labels: vec![
-                        text(instrument_name(instrument)),
-                        text(disturbance.description()),
-                        Cell::Number(instrument.directions(0.0).len() as f64),
-                    ],
-                    cases: [ggx].into_iter().chain(models).collect(),
-                    ..Row::default()
-                }
-            })
-        });
+        let rows = DISPLACEMENTS
+            .into_iter()
+            .flat_map(|(displacement, description)| {
+                Instrument::value_variants().iter().map(move |&instrument| {
+                    let case = |approach, model| {
+                        let readings = Variation::Readings(instrument, displacement);
+                        Case::new(approach, model, 0).with(readings)
+                    };
+                    let models = MODELS.map(|model| case(Approach::Any, model));
+                    let ggx = case(Approach::Ggx, ModelKind::CookTorrance);
+                    Row {
+                        labels: vec![
+                            instrument_name(instrument).into(),
+                            description.into(),
+                            instrument.directions(0.0).len().into(),
+                        ],
+                        cases: [ggx].into_iter().chain(models).collect(),
+                        ..Row::default()
+                    }
+                })
+            });
         let mut columns = vec![
             Column::text("Instrument"),
             Column::text("Readings"),
-            plain("n", 0),
-            loss("GGX"),
+            Column::plain("n", 0),
+            Column::loss("GGX"),
         ];
-        columns.extend(MODELS.map(|model| loss(title(model))));
-        columns.push(plain("color error: GGX", 1));
-        columns.push(plain("color error: Linear", 1));
-        columns.push(plain("truth / predicted", 2));
-        columns.push(plain("bound holds", 2));
+        columns.extend(MODELS.map(|model| Column::loss(title(model))));
+        columns.push(Column::plain("color error: GGX", 1));
+        columns.push(Column::plain("color error: Linear", 1));
+        columns.push(Column::plain("truth / predicted", 2));
+        columns.push(Column::plain("bound holds", 2));
         parts.push(Part::Grid(Grid {
             set,
             compare: Compare::WithinRow,

@@ -89,32 +89,8 @@ impl Subset {
     }
 }
 
-/// A disturbance of readings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Disturbance {
-    None,
-    /// Both arms are a degree further from the normal than stated.
-    Displaced,
-}
-
-impl Disturbance {
-    pub(super) const ALL: [Self; 2] = [Self::None, Self::Displaced];
-
-    pub(super) fn description(self) -> &'static str {
-        match self {
-            Self::None => "exact",
-            Self::Displaced => "1 degree off",
-        }
-    }
-
-    /// Returns the displacement of both arms, degrees.
-    pub(super) fn displacement(self) -> f64 {
-        match self {
-            Self::Displaced => 1.0,
-            Self::None => 0.0,
-        }
-    }
-}
+/// The displacements of both arms away from the normal, in degrees, with their descriptions.
+pub(super) const DISPLACEMENTS: [(u8, &str); 2] = [(0, "exact"), (1, "1 degree off")];
 
 /// A variation of a training or of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,8 +108,8 @@ pub(crate) enum Variation {
     Replaced(usize, u64),
     /// Samples drawn by importance of the mean BRDF.
     Importance,
-    /// Readings at the directions of an instrument.
-    Readings(Instrument, Disturbance),
+    /// Readings at the directions of an instrument, with displaced arms.
+    Readings(Instrument, u8),
     /// A number of readings, each at the direction that reduces the expected loss most per second.
     Chosen(usize),
     /// [`REFINEMENT_STEPS`] further steps on fresh random samples.
@@ -156,8 +132,13 @@ impl Variation {
             Self::Within(seconds) => format!("-within-{seconds}s"),
             Self::Replaced(count, run) => format!("-replaced{count}-run{run}"),
             Self::Importance => "-importance".into(),
-            Self::Readings(instrument, disturbance) => {
-                format!("-{instrument:?}-{disturbance:?}").to_lowercase()
+            Self::Readings(instrument, displacement) => {
+                let arms = if displacement > 0 {
+                    "displaced"
+                } else {
+                    "none"
+                };
+                format!("-{instrument:?}-{arms}").to_lowercase()
             }
             Self::Chosen(count) => format!("-chosen{count}"),
             Self::Refined => "-refined".into(),

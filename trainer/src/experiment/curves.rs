@@ -10,8 +10,7 @@ use super::case::{Approach, Case, MOTION_SPEED, Variation};
 use super::engine::{Evaluated, Grid, Line, Part, Plan, PlotOfColumns, Row};
 use super::paper;
 use super::shared::{
-    MODELS, PAPER_METRICS, SAMPLES, loss, plain, powers_of_two, published_cells, samples_axis,
-    text, title,
+    MODELS, PAPER_METRICS, SAMPLES, powers_of_two, published_cells, samples_axis, title,
 };
 use super::store::Store;
 
@@ -38,7 +37,7 @@ pub(super) fn curves(store: &Store<'_>, max_samples: usize) -> Plan {
             .into_iter()
             .chain([Approach::Optimum]);
         let rows = approaches.clone().map(|approach| Row {
-            labels: vec![text(approach.name())],
+            labels: vec![approach.name().into()],
             cases: match approach {
                 Approach::Optimum => vec![Case::new(approach, model, 0)],
                 _ => over_samples(approach, model, max_samples).collect(),
@@ -59,20 +58,15 @@ pub(super) fn curves(store: &Store<'_>, max_samples: usize) -> Plan {
                     .collect(),
             }
         });
-        let mut columns = vec![Column::text("Method"), plain("n", 0)];
-        columns.extend(METRICS.map(|metric| plain(metric.title, metric.decimals)));
+        let mut columns = vec![Column::text("Method"), Column::plain("n", 0)];
+        columns.extend(METRICS.map(|metric| Column::plain(metric.title, metric.decimals)));
         parts.push(Part::Grid(Grid {
             values: |evaluated| {
                 let cases = evaluated.row.cases.iter().zip(&evaluated.reports);
                 let rows = cases.map(|(case, report)| {
                     // The number of samples of Optimum is unlimited.
                     let n = Some(case.samples as f64).filter(|n| *n > 0.0);
-                    let labels = evaluated
-                        .row
-                        .labels
-                        .iter()
-                        .cloned()
-                        .chain([Cell::optional(n)]);
+                    let labels = evaluated.row.labels.iter().cloned().chain([Cell::from(n)]);
                     labels
                         .chain(report.metrics.values().map(Cell::Number))
                         .collect()
@@ -104,7 +98,7 @@ pub(super) fn same_quality(max_samples: usize) -> Plan {
             Approach::Glimpse,
         ];
         approaches.map(|approach| Row {
-            labels: vec![text(title(model)), text(approach.name())],
+            labels: vec![title(model).into(), approach.name().into()],
             cases: [Case::new(Approach::Paper, model, SAMPLES)]
                 .into_iter()
                 .chain(over_samples(approach, model, max_samples))
@@ -116,7 +110,7 @@ pub(super) fn same_quality(max_samples: usize) -> Plan {
     let ratios = |prefix: &'static str| {
         METRICS.iter().map(move |metric| {
             let (name, _unit) = metric.title.split_once(" (").unwrap_or((metric.title, ""));
-            plain(format!("{prefix}{name}, x"), 1)
+            Column::plain(format!("{prefix}{name}, x"), 1)
         })
     };
     columns.extend(ratios(""));
@@ -132,7 +126,7 @@ pub(super) fn same_quality(max_samples: usize) -> Plan {
                 let points = evaluated.row.cases.iter().zip(&values).skip(1);
                 let points = points.map(|(case, values)| (case.samples as f64, values[index]));
                 let n = samples_to_reach(points, values[0][index], !metric.higher_is_better);
-                Cell::optional(n.map(|n| n / SAMPLES as f64))
+                Cell::from(n.map(|n| n / SAMPLES as f64))
             });
             let row = evaluated.row.labels.iter().cloned().chain(cells);
             Ok(vec![row.chain(evaluated.row.published.clone()).collect()])
@@ -179,17 +173,17 @@ pub(super) fn importance(max_samples: usize) -> Plan {
         let meta = Case::new(Approach::Meta, ModelKind::Neural, n);
         let paper = Case::new(Approach::Paper, ModelKind::Neural, n);
         Row {
-            labels: vec![Cell::Number(n as f64)],
+            labels: vec![n.into()],
             cases: vec![meta.with(Variation::Importance), meta, paper],
             ..Row::default()
         }
     });
     let columns = vec![
-        plain("n", 0),
-        loss("Importance"),
-        loss(Approach::Meta.name()),
-        loss(Approach::Paper.name()),
-        plain(format!("Importance / {}", Approach::Paper.name()), 2),
+        Column::plain("n", 0),
+        Column::loss("Importance"),
+        Column::loss(Approach::Meta.name()),
+        Column::loss(Approach::Paper.name()),
+        Column::plain(format!("Importance / {}", Approach::Paper.name()), 2),
     ];
     let importance = Line {
         name: "Importance".into(),
@@ -267,9 +261,9 @@ pub(super) fn frontier(store: &Store<'_>, max_samples: usize) -> Plan {
         (SeriesColor::Green, Marker::Disc),
         (SeriesColor::Purple, Marker::Ring),
     ];
-    let mut columns = vec![Column::text("Trained"), plain("n", 0)];
-    columns.push(plain("seconds", 1));
-    columns.extend(SHOWN.map(|index| plain(METRICS[index].title, METRICS[index].decimals)));
+    let mut columns = vec![Column::text("Trained"), Column::plain("n", 0)];
+    columns.push(Column::plain("seconds", 1));
+    columns.extend(SHOWN.map(|index| Column::plain(METRICS[index].title, METRICS[index].decimals)));
     let mut parts = vec![Part::Text(intro)];
     for set in 0..store.sets.len() {
         let suffix = match set {
@@ -278,7 +272,7 @@ pub(super) fn frontier(store: &Store<'_>, max_samples: usize) -> Plan {
         };
         let rows = |min_samples| {
             let rows = kinds.iter().map(|(name, approach, variation)| Row {
-                labels: vec![text(name)],
+                labels: vec![name[..].into()],
                 cases: over_samples(*approach, MODEL, max_samples)
                     .filter(|case| case.samples >= min_samples)
                     .map(|case| match variation {
@@ -345,16 +339,16 @@ fn rows_with_seconds(evaluated: &Evaluated<'_, '_>) -> anyhow::Result<Vec<Vec<Ce
     let mut rows = Vec::new();
     for (case, report) in evaluated.row.cases.iter().zip(&evaluated.reports) {
         let mut row = evaluated.row.labels.clone();
-        row.push(Cell::Number(report.samples as f64));
+        row.push(report.samples.into());
         if let Some(seconds) = report.seconds {
-            row.push(Cell::Number(seconds));
+            row.push(seconds.into());
         } else if let Some(training) = case.training() {
             let (file, _) = evaluated.store.recipe(&training)?;
             let stops = stops(&file.recipe(), &Limits::NONE)
                 .map_err(|_| anyhow::anyhow!("a sample is below the horizon"))?;
             let seed = evaluated.store.settings.seed;
             let route = Route::new(&Machine::default(), &stops, Order::Travel, seed);
-            row.push(Cell::Number(route.total()));
+            row.push(route.total().into());
         }
         row.extend([report.metrics.loss, report.metrics.delta_e].map(Cell::Number));
         rows.push(row);

@@ -9,7 +9,7 @@ use glimpse_trainer::report::{
 };
 
 use super::case::{Approach, Case};
-use super::findings::Findings;
+use super::findings::{Finding, Findings};
 use super::store::{Store, TestSet, Work};
 
 /// An experiment as data.
@@ -176,33 +176,41 @@ impl Plan {
 
     /// Presents the results. Trains and evaluates what is not stored.
     pub(crate) fn findings(&self, store: &Store<'_>) -> anyhow::Result<Findings> {
-        let mut findings = Findings::new(self.title);
+        let mut entries = Vec::new();
         for part in &self.parts {
             let set = match part {
                 Part::Grid(grid) => grid.set,
                 _ => 0,
             };
             let settings = store.describe_settings(set, &part.cases());
-            match part {
-                Part::Text(text) => findings.text(text),
+            let caption = |text: &str| format!("{text}. {settings}");
+            let finding = match part {
+                Part::Text(text) => Finding::Text(text.clone()),
                 Part::Grid(grid) => {
-                    let (table, plots) = grid.evaluate(store)?;
-                    for (name, plot) in plots {
-                        findings.drawing(name, plot.to_svg(), &plot.title, &settings);
-                    }
-                    findings.table(&grid.name, table, &settings);
+                    let (mut table, plots) = grid.evaluate(store)?;
+                    entries.extend(plots.into_iter().map(|(name, plot)| {
+                        Finding::Drawing(name.to_owned(), plot.to_svg(), caption(&plot.title))
+                    }));
+                    table.caption = caption(&table.caption);
+                    Finding::Table(grid.name.clone(), table)
                 }
-                Part::Spheres(spheres) => findings.gallery(spheres.render(store)?, &settings),
+                Part::Spheres(spheres) => {
+                    let mut gallery = spheres.render(store)?;
+                    gallery.caption = caption(&gallery.caption);
+                    Finding::Gallery(gallery)
+                }
                 Part::Pattern(case) => {
                     let pattern: Vec<Angles<f32>> =
                         store.with_method(case, |method| Ok(method.pattern().to_vec()))?;
                     let (model, approach) = (case.model, case.approach.name());
-                    let caption = format!("{model}, {approach}, n = {}", case.samples);
-                    findings.drawing(&case.name(), pattern_svg(&pattern), &caption, &settings);
+                    let title = format!("{model}, {approach}, n = {}", case.samples);
+                    Finding::Drawing(case.name(), pattern_svg(&pattern), caption(&title))
                 }
-            }
+            };
+            entries.push(finding);
         }
-        Ok(findings)
+        let title = self.title;
+        Ok(Findings { title, entries })
     }
 }
 

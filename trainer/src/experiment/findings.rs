@@ -47,7 +47,7 @@ const INTRODUCTION: &str = "An experiment of Learning to Learn and Sample BRDFs 
     its row. The folder of this page has the tables as CSV and JSON, and drawings as SVG.";
 
 /// One finding of an experiment.
-enum Finding {
+pub(super) enum Finding {
     /// A paragraph.
     Text(String),
     /// A table, and the name of its files.
@@ -60,41 +60,11 @@ enum Finding {
 
 /// The findings of an experiment, in the order of the page. Every caption ends with the settings of the run.
 pub(crate) struct Findings {
-    title: &'static str,
-    entries: Vec<Finding>,
+    pub(super) title: &'static str,
+    pub(super) entries: Vec<Finding>,
 }
 
 impl Findings {
-    pub(super) fn new(title: &'static str) -> Self {
-        Self {
-            title,
-            entries: Vec::new(),
-        }
-    }
-
-    pub(super) fn text(&mut self, text: &str) {
-        self.entries.push(Finding::Text(text.to_owned()));
-    }
-
-    /// Adds a table whose files have this name.
-    pub(super) fn table(&mut self, name: &str, mut table: Table, settings: &str) {
-        table.caption = format!("{}. {settings}", table.caption);
-        self.entries.push(Finding::Table(name.to_owned(), table));
-    }
-
-    /// Adds an SVG drawing whose file has this name.
-    pub(super) fn drawing(&mut self, name: &str, svg: String, caption: &str, settings: &str) {
-        let caption = format!("{caption}. {settings}");
-        self.entries
-            .push(Finding::Drawing(name.to_owned(), svg, caption));
-    }
-
-    /// Adds rows of pictures.
-    pub(super) fn gallery(&mut self, mut gallery: Gallery, settings: &str) {
-        gallery.caption = format!("{}. {settings}", gallery.caption);
-        self.entries.push(Finding::Gallery(gallery));
-    }
-
     /// Formats the tables and paragraphs for the terminal.
     pub(crate) fn to_text(&self) -> String {
         let mut text = format!("{}\n", self.title);
@@ -154,14 +124,8 @@ impl Findings {
 /// Converts a table to JSON: the caption, and rows as objects with the column titles as keys.
 fn table_to_json(table: &Table) -> Value {
     let row = |row: &Vec<Cell>| {
-        let entries = table.columns.iter().zip(row).map(|(column, cell)| {
-            let value = match cell {
-                Cell::Text(text) => json!(text),
-                Cell::Number(number) => json!(number),
-                Cell::Missing => Value::Null,
-            };
-            (column.title.clone(), value)
-        });
+        let entries = table.columns.iter().zip(row);
+        let entries = entries.map(|(column, cell)| (column.title.clone(), json!(cell)));
         Value::Object(entries.collect())
     };
     json!({

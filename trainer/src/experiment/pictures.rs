@@ -9,7 +9,7 @@ use super::case::{Approach, Case};
 use super::curves::over_samples;
 use super::engine::{Grid, Part, Plan, Row, SphereRow, Spheres};
 use super::glossiness::by_glossiness;
-use super::shared::{MODELS, SAMPLES, plain, powers_of_two, text, title};
+use super::shared::{MODELS, SAMPLES, powers_of_two, title};
 use super::store::Store;
 
 /// Spheres of some materials with each method, for Neural at n = 64.
@@ -61,12 +61,12 @@ pub(super) fn increasing(store: &Store<'_>, max_samples: usize) -> Plan {
             .collect(),
     });
     let rows = each.map(|(approach, model)| Row {
-        labels: vec![text(approach.name()), text(title(model))],
+        labels: vec![approach.name().into(), title(model).into()],
         cases: over_samples(approach, model, max_samples).collect(),
         ..Row::default()
     });
     let mut columns = vec![Column::text("Method"), Column::text("Model")];
-    columns.extend(powers_of_two(max_samples).map(|n| plain(format!("n = {n}"), 4)));
+    columns.extend(powers_of_two(max_samples).map(|n| Column::plain(format!("n = {n}"), 4)));
     let caption = "Loss over the number of samples";
     let losses = Grid::new("losses", caption, columns, rows.collect());
     Plan {

@@ -3,7 +3,7 @@
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::Report;
 use glimpse_trainer::metrics::METRICS;
-use glimpse_trainer::report::{Axis, Cell, Column, Compare, Highlight, Scale, metric_columns};
+use glimpse_trainer::report::{Axis, Cell, Column, Compare, Scale, metric_columns};
 
 use super::case::Case;
 use super::engine::{Evaluated, Grid, Row};
@@ -35,21 +35,6 @@ pub(super) fn title(model: ModelKind) -> &'static str {
 /// Iterates over 1, 2, 4, ... up to `max`.
 pub(super) fn powers_of_two(max: usize) -> impl Iterator<Item = usize> + Clone {
     std::iter::successors(Some(1), |n| Some(2 * n)).take_while(move |n| *n <= max)
-}
-
-/// Creates a cell of text.
-pub(super) fn text(text: impl Into<String>) -> Cell {
-    Cell::Text(text.into())
-}
-
-/// Creates a column of numbers, none of them highlighted.
-pub(super) fn plain(title: impl Into<String>, decimals: usize) -> Column {
-    Column::number(title, decimals, Highlight::None)
-}
-
-/// Creates a column of losses, the lowest of them highlighted.
-pub(super) fn loss(title: impl Into<String>) -> Column {
-    Column::number(title, 4, Highlight::Lowest)
 }
 
 /// The axis of the number of samples n.
@@ -91,11 +76,11 @@ impl Grid {
     ) -> Self {
         let mut columns: Vec<Column> = labels.iter().map(|label| Column::text(*label)).collect();
         columns.extend(metric_columns());
-        columns.push(plain("Loss: std. error", 4));
+        columns.push(Column::plain("Loss: std. error", 4));
         let paper = METRICS.iter().take(PAPER_METRICS);
-        columns.extend(
-            paper.map(|metric| plain(format!("paper: {}", metric.title), metric.decimals.min(3))),
-        );
+        columns.extend(paper.map(|metric| {
+            Column::plain(format!("paper: {}", metric.title), metric.decimals.min(3))
+        }));
         let rows = rows.into_iter().map(|(labels, case, published)| Row {
             labels,
             cases: vec![case],
@@ -110,7 +95,7 @@ impl Grid {
 
 /// Returns cells of the paper's metrics.
 pub(super) fn published_cells(published: Option<PaperMetrics>) -> Vec<Cell> {
-    let cell = |index: usize| Cell::optional(published.map(|metrics| metrics[index]));
+    let cell = |index: usize| published.map(|metrics| metrics[index]).into();
     (0..PAPER_METRICS).map(cell).collect()
 }
 
@@ -119,7 +104,7 @@ fn all_metrics(evaluated: &Evaluated<'_, '_>) -> anyhow::Result<Vec<Vec<Cell>>> 
     let cells = |report: &Report| {
         let mut row = evaluated.row.labels.clone();
         row.extend(Cell::of_metrics(&report.metrics));
-        row.push(Cell::optional(report.loss_standard_error));
+        row.push(report.loss_standard_error.into());
         row.extend(evaluated.row.published.clone());
         row
     };

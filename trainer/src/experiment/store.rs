@@ -19,7 +19,9 @@ use glimpse_materials::files::write_atomic;
 use glimpse_materials::loss::DIRECTIONS;
 use glimpse_materials::sampling::{MeanBrdf, uniform_valid};
 use glimpse_materials::{Material, Source, SourceShare};
-use glimpse_trainer::evaluation::{Adaptive, Evaluator, Method, OPTIMUM_STEPS, Report};
+use glimpse_trainer::evaluation::{
+    Adaptive, Evaluator, LINEAR_OPTIMUM_DIRECTIONS, Method, OPTIMUM_STEPS, Report, SampleDirections,
+};
 use glimpse_trainer::measurement::NamedRecipe;
 use glimpse_training::linear::{Columns, Prior, min_condition_pattern, principal_components};
 use glimpse_training::meta::options::{CompletionOptions, Options};
@@ -270,28 +272,29 @@ impl<'a> Store<'a> {
         })
     }
 
+    /// Returns a value that is computed once from the training materials.
+    fn of_training<'c, T>(
+        &self,
+        cell: &'c OnceCell<T>,
+        compute: fn(&[Box<dyn Material>]) -> T,
+    ) -> anyhow::Result<&'c T> {
+        if let Some(value) = cell.get() {
+            return Ok(value);
+        }
+        let materials = self.settings.data.load()?;
+        Ok(cell.get_or_init(|| compute(&materials)))
+    }
+
     /// Returns the first `components` principal components of the training materials.
     fn basis(&self, components: usize) -> anyhow::Result<Basis> {
-        let columns = match self.columns.get() {
-            Some(columns) => columns,
-            None => {
-                let materials = self.settings.data.load()?;
-                self.columns.get_or_init(|| Columns::new(&materials))
-            }
-        };
+        let columns = self.of_training(&self.columns, Columns::new)?;
         let all_columns: Vec<usize> = (0..columns.count()).collect();
         Ok(principal_components(columns, &all_columns, components))
     }
 
     /// Returns `count` directions by importance of the mean of the training materials.
     fn importance(&self, count: usize) -> anyhow::Result<Vec<Angles<f32>>> {
-        let mean_brdf = match self.mean_brdf.get() {
-            Some(mean_brdf) => mean_brdf,
-            None => {
-                let materials = self.settings.data.load()?;
-                self.mean_brdf.get_or_init(|| MeanBrdf::new(&materials))
-            }
-        };
+        let mean_brdf = self.of_training(&self.mean_brdf, MeanBrdf::new)?;
         Ok(mean_brdf.samples(count, self.settings.seed as u32))
     }
 
@@ -308,7 +311,6 @@ impl<'a> Store<'a> {
             (None, ModelKind::Linear) => Some(self.basis(case.components)?),
             _ => None,
         };
-        let eta = Prior::PAPER.eta;
         let any = match (&trained, case.approach) {
             (Some((file, basis)), Approach::Any) => Some(NamedRecipe {
                 name: case.name(),
@@ -366,14 +368,17 @@ impl<'a> Store<'a> {
                 Variation::Readings(instrument, _) => Method::ggx(instrument.directions(0.0)),
                 _ => bail!("{} has no directions", case.name()),
             },
-            (None, Some(basis)) => match case.approach {
-                Approach::Njr15 => {
-                    let pattern = min_condition_pattern(basis, samples, seed);
-                    Method::linear_njr15(basis, eta, pattern)
-                }
-                Approach::Optimum => Method::linear_optimum(basis, eta),
-                _ => Method::linear_random(basis, eta, samples),
-            },
+            (None, Some(basis)) => {
+                let directions = match case.approach {
+                    Approach::Njr15 => {
+                        SampleDirections::Pattern(min_condition_pattern(basis, samples, seed))
+                    }
+                    Approach::Optimum => SampleDirections::Converged(LINEAR_OPTIMUM_DIRECTIONS),
+                    _ => SampleDirections::Random(samples),
+                };
+                let name = case.approach.name();
+                Method::linear(name, basis, Prior::PAPER.eta, directions)
+            }
             (None, None) => match case.approach {
                 Approach::Optimum => Method::optimum(model, self.optimum_steps(model)),
                 _ => Method::random(model, samples, INNER_STEPS),
@@ -381,8 +386,8 @@ impl<'a> Store<'a> {
         };
         match case.variation {
             Variation::Refined => use_method(&method.with_refinement(REFINEMENT_STEPS)),
-            Variation::Readings(instrument, disturbance) => {
-                let measured = instrument.directions(disturbance.displacement());
+            Variation::Readings(instrument, displacement) => {
+                let measured = instrument.directions(displacement.into());
                 use_method(&method.measured_at(measured))
             }
             _ => use_method(&method),

@@ -7,7 +7,7 @@ use super::case::{Approach, Case, REFINEMENT_STEPS, Subset, Variation};
 use super::engine::{Grid, Part, Plan, Row};
 use super::glossiness::split_by_glossiness;
 use super::paper;
-use super::shared::{MODELS, SAMPLES, loss, plain, text, title};
+use super::shared::{MODELS, SAMPLES, title};
 use super::store::Store;
 
 /// Learned samples replaced by random ones (paper, table "robustness").
@@ -22,9 +22,9 @@ pub(super) fn robustness() -> Plan {
         counts.map(move |(count, published)| {
             let runs = (0..RUNS).map(|run| whole.with(Variation::Replaced(count, run)));
             Row {
-                labels: vec![text(title(model)), Cell::Number(count as f64)],
+                labels: vec![title(model).into(), count.into()],
                 cases: [whole].into_iter().chain(runs).collect(),
-                published: vec![Cell::Number(published)],
+                published: vec![published.into()],
             }
         })
     });
@@ -33,11 +33,11 @@ pub(super) fn robustness() -> Plan {
     );
     let columns = vec![
         Column::text("Model"),
-        plain("r", 0),
-        plain("Loss, r = 0", 4),
-        plain("Loss", 4),
-        plain("increase, %", 1),
-        plain("paper: increase, %", 1),
+        Column::plain("r", 0),
+        Column::plain("Loss, r = 0", 4),
+        Column::plain("Loss", 4),
+        Column::plain("increase, %", 1),
+        Column::plain("paper: increase, %", 1),
     ];
     let grid = Grid {
         values: |evaluated| {
@@ -59,7 +59,7 @@ pub(super) fn seeds(store: &Store<'_>) -> Plan {
     /// Number of independent trainings.
     const TRAININGS: u64 = 5;
     let rows = MODELS.map(|model| Row {
-        labels: vec![text(title(model))],
+        labels: vec![title(model).into()],
         cases: (0..TRAININGS)
             .map(|repetition| {
                 let variation = match repetition {
@@ -73,11 +73,11 @@ pub(super) fn seeds(store: &Store<'_>) -> Plan {
     });
     let mut columns = vec![Column::text("Model")];
     let seed = |repetition: u64| store.settings.seed.wrapping_add(repetition);
-    columns.extend((0..TRAININGS).map(|each| plain(format!("seed {}", seed(each)), 4)));
+    columns.extend((0..TRAININGS).map(|each| Column::plain(format!("seed {}", seed(each)), 4)));
     columns.extend([
-        plain("mean", 4),
-        plain("standard deviation", 4),
-        plain("% of the mean", 1),
+        Column::plain("mean", 4),
+        Column::plain("standard deviation", 4),
+        Column::plain("% of the mean", 1),
     ]);
     let caption = format!("Loss of the paper's method at n = {SAMPLES}");
     let grid = Grid {
@@ -110,17 +110,17 @@ pub(super) fn repeated_stages() -> Plan {
     let rows = models.map(|model| {
         let once = Case::new(Approach::Paper, model, SAMPLES);
         Row {
-            labels: vec![text(title(model))],
+            labels: vec![title(model).into()],
             cases: vec![once, once.with(Variation::Twice)],
-            published: vec![Cell::optional(paper::repeated_stages(model))],
+            published: vec![Cell::from(paper::repeated_stages(model))],
         }
     });
     let columns = vec![
         Column::text("Model"),
-        loss("once"),
-        loss("twice"),
-        plain("gain, %", 2),
-        plain("paper: gain, %", 2),
+        Column::loss("once"),
+        Column::loss("twice"),
+        Column::plain("gain, %", 2),
+        Column::plain("paper: gain, %", 2),
     ];
     let caption = format!("Loss of the paper's method at n = {SAMPLES}");
     let grid = Grid {
@@ -146,9 +146,9 @@ pub(super) fn convergence() -> Plan {
         let samples = SAMPLES[usize::from(approach == Approach::Random)];
         let case = Case::new(approach, ModelKind::Neural, samples);
         Row {
-            labels: vec![text(approach.name()), Cell::Number(samples as f64)],
+            labels: vec![approach.name().into(), samples.into()],
             cases: vec![case, case.with(Variation::Refined)],
-            published: vec![Cell::optional(paper::convergence(approach))],
+            published: vec![Cell::from(paper::convergence(approach))],
         }
     });
     let caption = format!(
@@ -156,10 +156,10 @@ pub(super) fn convergence() -> Plan {
     );
     let columns = vec![
         Column::text("Method"),
-        plain("n of the 20 steps", 0),
-        loss("after 20 steps"),
-        loss("after all"),
-        plain("paper: after all", 4),
+        Column::plain("n of the 20 steps", 0),
+        Column::loss("after 20 steps"),
+        Column::loss("after all"),
+        Column::plain("paper: after all", 4),
     ];
     Plan {
         title: "Convergence from learned initial parameters",
@@ -191,12 +191,12 @@ pub(super) fn subsets(store: &Store<'_>) -> anyhow::Result<Plan> {
     }
     let paper = Case::new(Approach::Paper, ModelKind::Neural, SAMPLES);
     let rows = Subset::EACH.map(|subset| Row {
-        labels: vec![text(subset.name())],
+        labels: vec![subset.name().into()],
         cases: vec![paper.with(Variation::PatternOf(subset))],
         ..Row::default()
     });
     let mut columns = vec![Column::text("pattern trained on")];
-    columns.extend(Subset::EACH.map(|subset| loss(format!("judged on {}", subset.name()))));
+    columns.extend(Subset::EACH.map(|subset| Column::loss(format!("judged on {}", subset.name()))));
     let caption = format!(
         "Neural, n = {SAMPLES}: loss of the paper's method by the training set of its pattern"
     );

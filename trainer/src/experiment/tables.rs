@@ -11,7 +11,7 @@ use super::case::{Approach, Case};
 use super::engine::{Evaluated, Grid, Line, Part, Plan, PlotOfColumns, Row};
 use super::paper::{self, PaperMetrics};
 use super::pictures::spheres_by_model;
-use super::shared::{MODELS, SAMPLES, loss, plain, text, title};
+use super::shared::{MODELS, SAMPLES, title};
 use super::store::Store;
 
 /// The number of samples of the paper's comparison with Nielsen et al.
@@ -43,7 +43,7 @@ pub(super) fn same_samples(store: &Store<'_>) -> Plan {
         let rows = Approach::compared(model).map(|approach| {
             let case = Case::new(approach, model, SAMPLES);
             let published = paper::same_samples(model, approach);
-            (vec![text(approach.name())], case, published)
+            (vec![approach.name().into()], case, published)
         });
         let caption = format!("{}, n = {SAMPLES}", title(model));
         parts.push(Part::Grid(Grid::of_metrics(
@@ -86,21 +86,25 @@ fn loss_by_model(
 ) -> Grid {
     let mut columns = vec![Column::text(format!("n = {SAMPLES}"))];
     let published_titles = published.iter().map(|methods| names_of(*methods));
-    columns.extend(published_titles.map(|names| plain(format!("published: {names}"), 3)));
-    columns.extend(measured.iter().map(|methods| plain(names_of(*methods), 4)));
+    columns.extend(published_titles.map(|names| Column::plain(format!("published: {names}"), 3)));
+    columns.extend(
+        measured
+            .iter()
+            .map(|methods| Column::plain(names_of(*methods), 4)),
+    );
     let rows = MODELS.map(|model| {
         let method_of = |[others, linear]: &ColumnMethods| match model {
             ModelKind::Linear => *linear,
             _ => *others,
         };
-        let published = published.iter().map(|methods| {
-            Cell::optional(values(model, method_of(methods)).map(|[loss, ..]| loss))
-        });
+        let published = published
+            .iter()
+            .map(|methods| Cell::from(values(model, method_of(methods)).map(|[loss, ..]| loss)));
         let cases = measured
             .iter()
             .map(|methods| Case::new(method_of(methods), model, SAMPLES));
         Row {
-            labels: [text(title(model))].into_iter().chain(published).collect(),
+            labels: [title(model).into()].into_iter().chain(published).collect(),
             cases: cases.collect(),
             published: Vec::new(),
         }
@@ -126,7 +130,7 @@ pub(super) fn losses() -> Plan {
         paper::same_samples,
         &measured,
     );
-    let unmeasured = [text("black: f = 0")].into_iter();
+    let unmeasured = ["black: f = 0".into()].into_iter();
     grid.rows.push(Row {
         labels: unmeasured.chain(published.map(|_| Cell::Missing)).collect(),
         ..Row::default()
@@ -142,10 +146,13 @@ pub(super) fn losses() -> Plan {
     };
     let mut columns = vec![Column::text("Model")];
     let shown = [Approach::Random, Approach::Paper, Approach::Glimpse];
-    columns.extend(shown.map(|approach| plain(approach.name(), 4)));
-    columns.push(plain(format!("color error of {}", names::GLIMPSE), 1));
+    columns.extend(shown.map(|approach| Column::plain(approach.name(), 4)));
+    columns.push(Column::plain(
+        format!("color error of {}", names::GLIMPSE),
+        1,
+    ));
     let rows = MODELS.map(|model| Row {
-        labels: vec![text(title(model))],
+        labels: vec![title(model).into()],
         cases: shown
             .map(|approach| Case::new(approach, model, SAMPLES))
             .into(),
@@ -195,7 +202,7 @@ pub(super) fn additional(store: &Store<'_>) -> anyhow::Result<Plan> {
                     Approach::Glimpse,
                 ];
                 let rows = methods.map(|approach| {
-                    let labels = vec![text(title(model)), text(approach.name())];
+                    let labels = vec![title(model).into(), approach.name().into()];
                     (
                         labels,
                         Case::new(approach, model, samples),
@@ -256,7 +263,7 @@ pub(super) fn bases(store: &Store<'_>) -> Plan {
                 components,
                 ..Case::new(approach, ModelKind::Linear, SAMPLES)
             };
-            let labels = vec![Cell::Number(components as f64), text(approach.name())];
+            let labels = vec![components.into(), approach.name().into()];
             let published = match components == COMPONENTS[0] {
                 true => paper::same_samples(ModelKind::Linear, approach),
                 false => None,
@@ -277,7 +284,7 @@ pub(super) fn per_material() -> Plan {
     let mut parts = Vec::new();
     for model in MODELS {
         let approaches = Approach::compared(model);
-        let methods = approaches.map(|approach| loss(approach.name()));
+        let methods = approaches.map(|approach| Column::loss(approach.name()));
         let lines = approaches.into_iter().zip(1..);
         let plot = PlotOfColumns {
             name: model.name().into(),
@@ -331,7 +338,7 @@ fn rows_of_materials(evaluated: &Evaluated<'_, '_>) -> anyhow::Result<Vec<Vec<Ce
         let name = materials
             .clone()
             .next()
-            .map(|material| text(&material.name));
+            .map(|material| Cell::from(&material.name[..]));
         let values = materials.map(|material| Cell::Number(material.metrics.loss));
         name.into_iter().chain(values).collect()
     };

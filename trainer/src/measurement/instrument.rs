@@ -19,14 +19,6 @@ pub enum Instrument {
 }
 
 impl Instrument {
-    /// All instruments.
-    pub const ALL: [Self; 4] = [
-        Self::MultiAngle,
-        Self::MultiAngleGloss,
-        Self::InPlane,
-        Self::FiveLines,
-    ];
-
     /// Returns the directions: theta_i, and theta_o, which is positive on the side of the mirror direction, in degrees.
     #[must_use]
     pub fn degrees(self) -> Vec<[f64; 2]> {

@@ -153,24 +153,26 @@ impl Table {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{Column, Compare};
+    use crate::report::Column;
 
     fn method_table() -> Table {
-        let row = |name: &str, loss, psnr| vec![Cell::Text(name.into()), loss, psnr];
-        Table {
-            caption: "Means over \"all\" <materials>".into(),
-            columns: vec![
-                Column::text("Method"),
-                Column::number("Loss", 3, Highlight::Lowest),
-                Column::number("PSNR, dB", 1, Highlight::Highest),
-            ],
-            rows: vec![
-                row("Random", Cell::Number(0.0651), Cell::Number(f64::NAN)),
-                row("Meta & co", Cell::Number(0.0354), Cell::Missing),
-                row("Glimpse", Cell::Number(0.0351), Cell::Number(24.35)),
-            ],
-            compare: Compare::WithinColumn,
-        }
+        let number = |title, decimals, highlight| Column {
+            highlight,
+            ..Column::plain(title, decimals)
+        };
+        let columns = [
+            Column::text("Method"),
+            number("Loss", 3, Highlight::Lowest),
+            number("PSNR, dB", 1, Highlight::Highest),
+        ];
+        let row =
+            |name: &str, loss: f64, psnr: Option<f64>| vec![name.into(), loss.into(), psnr.into()];
+        let rows = [
+            row("Random", 0.0651, Some(f64::NAN)),
+            row("Meta & co", 0.0354, None),
+            row("Glimpse", 0.0351, Some(24.35)),
+        ];
+        Table::new("Means over \"all\" <materials>", columns, rows)
     }
 
     #[test]

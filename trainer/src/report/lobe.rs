@@ -157,12 +157,12 @@ fn band_path(lobe: &Lobe, decades: [i32; 2]) -> String {
 /// Returns the SVG path of a triangle on the rim that points to the light.
 fn light_arrow(theta_i: f32) -> String {
     let corners = [(RADIUS - 14.0, 0.0), (RADIUS, 0.017), (RADIUS, -0.017)];
-    triangle(corners.map(|(radius, offset)| point(offset - theta_i, radius)))
+    path_of(&corners.map(|(radius, offset)| point(offset - theta_i, radius))) + "z"
 }
 
 /// Returns the SVG path of the light's triangle in the legend.
 fn legend_arrow(y: f32) -> String {
-    triangle([[95.0, y], [81.0, y - 5.0], [81.0, y + 5.0]])
+    path_of(&[[95.0, y], [81.0, y - 5.0], [81.0, y + 5.0]]) + "z"
 }
 
 /// Returns the exponents of the powers of ten at the center and at the rim.
@@ -173,19 +173,10 @@ fn decades(lobes: &[Lobe]) -> [i32; 2] {
         .map(|(_, curve)| curve);
     let curves = lobes.iter().map(|lobe| &lobe.curve).chain(dashed);
     let values = curves.flatten().map(|[_, value]| *value);
-    let values: Vec<f32> = values
-        .filter(|value| value.is_normal() && *value > 0.0)
-        .collect();
-    let high = values
-        .iter()
-        .copied()
-        .reduce(f32::max)
-        .map_or(0, |max| max.log10().ceil() as i32);
-    let low = values
-        .iter()
-        .copied()
-        .reduce(f32::min)
-        .map_or(-2, |min| min.log10().floor() as i32);
+    let values = values.filter(|value| value.is_normal() && *value > 0.0);
+    let [low, high] = [f32::min, f32::max].map(|select| values.clone().reduce(select));
+    let high = high.map_or(0, |high| high.log10().ceil() as i32);
+    let low = low.map_or(-2, |low| low.log10().floor() as i32);
     [low.clamp(high - MAX_DECADES, high - MIN_DECADES), high]
 }
 
@@ -198,10 +189,6 @@ fn fraction(value: f32, [low, high]: [i32; 2]) -> f32 {
 fn point(theta_o: f32, radius: f32) -> [f32; 2] {
     let [x, y] = CENTER;
     [x + radius * theta_o.sin(), y - radius * theta_o.cos()]
-}
-
-fn triangle([[ax, ay], [bx, by], [cx, cy]]: [[f32; 2]; 3]) -> String {
-    format!("M{ax:.1} {ay:.1}L{bx:.1} {by:.1}L{cx:.1} {cy:.1}z")
 }
 
 /// Draws half circles for powers of ten, rays for angles, and their labels.

@@ -24,8 +24,9 @@ pub struct Column {
     pub highlight: Highlight,
 }
 
-/// An entry of a table.
-#[derive(Clone, Debug, PartialEq)]
+/// An entry of a table. In JSON, it is a string, a number, or null.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[serde(untagged)]
 pub enum Cell {
     /// Text, aligned to the left.
     Text(String),
@@ -61,16 +62,25 @@ impl Column {
     /// Creates a column of text.
     #[must_use]
     pub fn text(title: impl Into<String>) -> Self {
-        Self::number(title, 0, Highlight::None)
+        Self::plain(title, 0)
     }
 
-    /// Creates a column of numbers with a fixed number of decimals.
+    /// Creates a column of numbers with a fixed number of decimals, none of them highlighted.
     #[must_use]
-    pub fn number(title: impl Into<String>, decimals: usize, highlight: Highlight) -> Self {
+    pub fn plain(title: impl Into<String>, decimals: usize) -> Self {
         Self {
             title: title.into(),
             decimals,
-            highlight,
+            highlight: Highlight::None,
+        }
+    }
+
+    /// Creates a column of losses, the lowest of them highlighted.
+    #[must_use]
+    pub fn loss(title: impl Into<String>) -> Self {
+        Self {
+            highlight: Highlight::Lowest,
+            ..Self::plain(title, 4)
         }
     }
 
@@ -81,7 +91,10 @@ impl Column {
             true => Highlight::Highest,
             false => Highlight::Lowest,
         };
-        Self::number(metric.title, metric.decimals, highlight)
+        Self {
+            highlight,
+            ..Self::plain(metric.title, metric.decimals)
+        }
     }
 
     /// Formats an entry of this column; an empty entry gives an empty string.
@@ -100,13 +113,31 @@ pub fn metric_columns() -> [Column; METRICS.len()] {
     METRICS.each_ref().map(Column::metric)
 }
 
-impl Cell {
-    /// Returns a number, or an empty entry for None.
-    #[must_use]
-    pub fn optional(number: Option<f64>) -> Self {
-        number.map_or(Self::Missing, Self::Number)
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        Self::Text(text.to_owned())
     }
+}
 
+impl From<f64> for Cell {
+    fn from(number: f64) -> Self {
+        Self::Number(number)
+    }
+}
+
+impl From<usize> for Cell {
+    fn from(count: usize) -> Self {
+        Self::Number(count as f64)
+    }
+}
+
+impl<T: Into<Self>> From<Option<T>> for Cell {
+    fn from(entry: Option<T>) -> Self {
+        entry.map_or(Self::Missing, Into::into)
+    }
+}
+
+impl Cell {
     /// Returns the entries of [`metric_columns`].
     #[must_use]
     pub fn of_metrics(metrics: &Metrics) -> [Self; METRICS.len()] {
@@ -115,6 +146,21 @@ impl Cell {
 }
 
 impl Table {
+    /// Creates a table that compares the numbers of each column.
+    #[must_use]
+    pub fn new(
+        caption: impl Into<String>,
+        columns: impl Into<Vec<Column>>,
+        rows: impl IntoIterator<Item = Vec<Cell>>,
+    ) -> Self {
+        Self {
+            caption: caption.into(),
+            columns: columns.into(),
+            rows: rows.into_iter().collect(),
+            compare: Compare::WithinColumn,
+        }
+    }
+
     /// Iterates over the columns with the entries of a row.
     pub(super) fn row(&self, row: usize) -> impl Iterator<Item = (&Column, &Cell)> {
         let cells = self.rows.get(row).into_iter().flatten();
@@ -168,21 +214,18 @@ mod tests {
     #[test]
     fn compares_within_rows_and_fills_short_rows() {
         let rows = vec![
-            vec![
-                Cell::Text("a".into()),
-                Cell::Number(2.0),
-                Cell::Number(1.0),
-                Cell::Number(0.0),
-            ],
-            vec![Cell::Text("b".into()), Cell::Number(2.0)],
+            vec!["a".into(), 2.0.into(), 1.0.into(), 0.0.into()],
+            vec!["b".into(), 2.0.into()],
             vec![],
         ];
-        let loss = |title| Column::number(title, 3, Highlight::Lowest);
+        let columns = [
+            Column::text("Material"),
+            Column::loss("Meta"),
+            Column::loss("Glimpse"),
+        ];
         let table = Table {
-            caption: String::new(),
-            columns: vec![Column::text("Material"), loss("Meta"), loss("Glimpse")],
-            rows,
             compare: Compare::WithinRow,
+            ..Table::new("", columns, rows)
         };
         let best = |row| [1, 2, 3].map(|index| table.is_best(row, index));
         assert_eq!(best(0), [false, true, false]);

@@ -7,9 +7,9 @@ use clap::Args;
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{Material, Source};
 use glimpse_trainer::evaluation::{Method, SPHERE_SIZE};
-use glimpse_trainer::metrics::Metrics;
+use glimpse_trainer::metrics::{METRICS, Metrics};
 use glimpse_trainer::render::{Image, render_sphere};
-use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table, metric_columns};
+use glimpse_trainer::report::{Cell, Column, Table};
 use serde_json::{Value, json};
 
 use super::super::numbers::number;
@@ -82,16 +82,13 @@ impl Sphere {
             refuse_input(&self.out, recipe)?;
         }
         refuse_source(&self.out, &self.source)?;
-        let Some(path) = &self.recipe else {
-            return self.draw(file_type, None, seed);
-        };
-        let (file, basis) = read_recipe(path)?;
-        let recipe = file.recipe();
-        let method = Method::with_recipe(&recipe, basis.as_ref())?;
-        self.draw(file_type, Some(&method), seed)
-    }
-
-    fn draw(&self, file_type: &str, method: Option<&Method<'_>>, seed: u64) -> anyhow::Result<()> {
+        let named = self.recipe.as_deref().map(read_recipe).transpose()?;
+        let recipe = named.as_ref().map(|named| named.file.recipe());
+        let basis = named.as_ref().and_then(|named| named.basis.as_deref());
+        let method = recipe
+            .as_ref()
+            .map(|recipe| Method::with_recipe(recipe, basis));
+        let method = method.transpose()?;
         let materials = load(&self.source)?;
         let spheres = materials.len() * if method.is_some() { 2 } else { 1 };
         ensure!(
@@ -103,13 +100,15 @@ impl Sphere {
         check_out(&self.out)?;
 
         let steps = StepProgress::new("rendering", materials.len());
-        if let Some(path) = &self.recipe {
-            warn_of_overlap(&read_recipe(path)?.0.recipe(), &materials)?;
+        if let Some(recipe) = &recipe {
+            warn_of_overlap(recipe, &materials)?;
         }
         let mut all = Vec::new();
         for material in &materials {
             let sphere = render_sphere(&**material, self.size);
-            let scan = method.map(|method| scan(&**material, &sphere, method, seed));
+            let scan = method
+                .as_ref()
+                .map(|method| scan(&**material, &sphere, method, seed));
             all.push(RenderedMaterial {
                 name: material.name(),
                 scan: scan.transpose()?,
@@ -178,35 +177,25 @@ fn sheet(all: &[RenderedMaterial<'_>], columns: usize) -> Image {
 
 /// Returns a table with the position of each material in the grid, and the errors of its scan.
 fn table(all: &[RenderedMaterial<'_>], columns: usize) -> Table {
-    let scanned = all.iter().any(|material| material.scan.is_some());
     let mut heads = vec![
-        Column::number("row", 0, Highlight::None),
-        Column::number("column", 0, Highlight::None),
+        Column::plain("row", 0),
+        Column::plain("column", 0),
         Column::text("material"),
     ];
-    if scanned {
+    if all.iter().any(|material| material.scan.is_some()) {
         // The materials are different, so none of them is the best.
-        heads.extend(metric_columns().map(|column| Column {
-            highlight: Highlight::None,
-            ..column
-        }));
+        heads.extend(METRICS.map(|metric| Column::plain(metric.title, metric.decimals)));
     }
     let row = |(index, material): (usize, &RenderedMaterial<'_>)| {
-        let number = |index: usize| Cell::Number((index + 1) as f64);
-        let mut cells = vec![
-            number(index / columns),
-            number(index % columns),
-            Cell::Text(material.name.into()),
+        let mut cells: Vec<Cell> = vec![
+            (index / columns + 1).into(),
+            (index % columns + 1).into(),
+            material.name.into(),
         ];
         if let Some((metrics, _)) = &material.scan {
             cells.extend(Cell::of_metrics(metrics));
         }
         cells
     };
-    Table {
-        caption: String::new(),
-        columns: heads,
-        rows: all.iter().enumerate().map(row).collect(),
-        compare: Compare::WithinColumn,
-    }
+    Table::new("", heads, all.iter().enumerate().map(row))
 }
