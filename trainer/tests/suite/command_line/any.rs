@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{Folder, number};
+use super::{Folder, number, numbers};
 
 /// In-plane angles of light and sensor in degrees; the sensor's is positive on the side of the mirror direction.
 const IN_PLANE: [[f64; 2]; 7] = [
@@ -28,8 +28,17 @@ fn read(folder: &Folder) -> Vec<String> {
     readings.collect()
 }
 
-fn values(folder: &Folder, fit: &str) -> Value {
-    folder.read_json(&format!("{fit}/material.json"))["values"].clone()
+fn values(folder: &Folder, fit: &str) -> Vec<f32> {
+    numbers(&folder.read_json(&format!("{fit}/material.json"))["values"])
+}
+
+fn assert_near(one: &[f32], other: &[f32], tolerance: f32) {
+    assert_eq!(one.len(), other.len());
+    let mut pairs = one.iter().zip(other);
+    assert!(
+        pairs.all(|(one, other)| (one - other).abs() < tolerance),
+        "{one:?} {other:?}"
+    );
 }
 
 #[test]
@@ -116,22 +125,8 @@ fn conventions_agree() {
         folder.succeed(&format!(
             "fit --measurements {index}.csv --out {index} {options}"
         ));
-        let [one, other] = [
-            values(&folder, "plain"),
-            values(&folder, &index.to_string()),
-        ];
-        let pairs = one
-            .as_array()
-            .expect("a list")
-            .iter()
-            .zip(other.as_array().expect("a list"));
-        for (one, other) in pairs {
-            let difference = number(one) - number(other);
-            assert!(
-                difference.abs() < 1e-3,
-                "{columns} {options}: {one} {other}"
-            );
-        }
+        let fitted = values(&folder, &index.to_string());
+        assert_near(&values(&folder, "plain"), &fitted, 1e-3);
     }
     folder.fail_each(
         "",
@@ -217,15 +212,7 @@ fn instruments_have_recipes() {
     folder.succeed("query procedural:1:9 --angles plan.csv --out read.csv");
     folder.succeed("fit six.recipe --measurements read.csv --out six");
     folder.succeed("fit phong-any.recipe --measurements read.csv --out any");
-    let [one, other] = [values(&folder, "six"), values(&folder, "any")];
-    for (one, other) in one
-        .as_array()
-        .expect("a list")
-        .iter()
-        .zip(other.as_array().expect("a list"))
-    {
-        assert!((number(one) - number(other)).abs() < 2e-3, "{one} {other}");
-    }
+    assert_near(&values(&folder, "six"), &values(&folder, "any"), 2e-3);
     let report = folder.succeed_as_json(
         "evaluate --recipe linear-any.recipe --geometry in-plane --test procedural:3:5",
     );

@@ -114,45 +114,46 @@ fn recipes_begin_with_their_own_samples() {
 #[test]
 fn unusable_options_are_refused() {
     let folder = Folder::new();
-    folder.fail_naming("next --quantity brdf-cos-i", &["--measurements"]);
-    folder.fail_naming(
-        "next --max-theta-i 1 --max-theta-o 1 --min-separation 1.99",
-        &["widen"],
-    );
-    folder.fail_naming("next --force", &["--blank"]);
-    folder.write("empty.csv", "theta_i,theta_o,r,g,b\n");
-    folder.fail_naming("next --measurements empty.csv", &["empty.csv"]);
-    folder.write("blank.csv", "theta_i,theta_o,r,g,b\n45,30,,,\n");
-    folder.fail_naming("next --measurements blank.csv", &["blank.csv", "reading"]);
-    folder.fail_naming("next --accept-implausible", &["--measurements"]);
-    folder.write("own.csv", "theta_i,theta_o,r,g,b\n45,30,0.1,0.1,0.1\n");
-    let own = "--measurements own.csv --blank own.csv";
-    folder.fail_naming(&format!("next {own}"), &["--blank", "columns"]);
-    folder.fail_naming(&format!("next {own} --force"), &["--force"]);
-    let fill = "virtual-scanner --material procedural:1 --sheet";
-    folder.write("no-colors.csv", "theta_i,theta_o\n45,30\n");
-    folder.fail_naming(&format!("{fill} no-colors.csv"), &["--sheet"]);
-    folder.write("below.csv", "theta_i,theta_o,r,g,b\n45,100,,,\n");
-    folder.fail_naming(&format!("{fill} below.csv"), &["line 2"]);
     let rows = [30, 20, 0, -30, -65, 60].map(|theta_o| format!("45,{theta_o},8,8,8\n"));
-    folder.write(
-        "percent.csv",
-        format!("theta_i,theta_o,r,g,b\n{}", rows.concat()),
-    );
-    folder.fail_naming("next --measurements percent.csv", &["--accept-implausible"]);
-    folder.succeed("next --measurements percent.csv --accept-implausible");
+    for (name, rows) in [
+        ("empty.csv", ""),
+        ("blank.csv", "45,30,,,\n"),
+        ("own.csv", "45,30,0.1,0.1,0.1\n"),
+        ("below.csv", "45,100,,,\n"),
+        ("percent.csv", &rows.concat()),
+    ] {
+        folder.write(name, format!("theta_i,theta_o,r,g,b\n{rows}"));
+    }
+    folder.write("no-colors.csv", "theta_i,theta_o\n45,30\n");
     folder.add_bundled("completed/neural-n4.recipe");
-    let evaluate = "evaluate --recipe neural-n4.recipe --test procedural:1:3";
-    folder.fail_naming("next neural-n4.recipe --max-theta-i 20", &["samples"]);
-    folder.fail_naming(
-        &format!("{evaluate} --adaptive 8 --max-theta-i 20"),
-        &["samples"],
+    folder.fail_each(
+        "next",
+        &[
+            "--quantity brdf-cos-i => --measurements",
+            "--max-theta-i 1 --max-theta-o 1 --min-separation 1.99 => widen",
+            "--force => --blank",
+            "--measurements empty.csv => empty.csv",
+            "--measurements blank.csv => blank.csv reading",
+            "--accept-implausible => --measurements",
+            "--measurements own.csv --blank own.csv => --blank columns",
+            "--measurements own.csv --blank own.csv --force => --force",
+            "--measurements percent.csv => --accept-implausible",
+            "neural-n4.recipe --max-theta-i 20 => samples",
+        ],
     );
-    folder.fail_naming(&format!("{evaluate} --speed 5"), &["--adaptive"]);
-    folder.fail_naming(&format!("{evaluate} --adaptive 4"), &["larger"]);
-    folder.fail_naming(
-        &format!("{evaluate} --adaptive 8 --begin neural-n4.recipe"),
-        &["--begin"],
+    folder.succeed("next --measurements percent.csv --accept-implausible");
+    folder.fail_each(
+        "virtual-scanner --material procedural:1 --sheet",
+        &["no-colors.csv => --sheet", "below.csv => line 2"],
+    );
+    folder.fail_each(
+        "evaluate --recipe neural-n4.recipe --test procedural:1:3",
+        &[
+            "--adaptive 8 --max-theta-i 20 => samples",
+            "--speed 5 => --adaptive",
+            "--adaptive 4 => larger",
+            "--adaptive 8 --begin neural-n4.recipe => --begin",
+        ],
     );
 }
 
@@ -199,22 +200,15 @@ fn fixed_directions_are_the_first_samples() {
         let mut pairs = polar.iter().zip(expected);
         assert!(pairs.all(|(a, b)| (a - b).abs() < 1e-2), "{polar:?}");
     }
-    folder.fail_naming(
-        &format!("{train} --pattern own.csv -n 2 --out two.recipe"),
-        &["--pattern", "--samples"],
-    );
-    folder.fail_naming(
-        &format!("{train} --pattern own.csv -n 5 --max-theta-i 40 --out l.recipe"),
-        &["--pattern", "row 1"],
-    );
-    folder.fail_naming(
-        &format!("{train} --pattern none.csv -n 5 --out none.recipe"),
-        &["none.csv"],
-    );
-    // A table of another kind.
+    // The last table is of another kind.
     folder.write("out.csv", "theta_i,phi_i,theta_o,phi_o\n45,0,30,90\n");
-    folder.fail_naming(
-        &format!("{train} --pattern out.csv -n 5 --out out.recipe"),
-        &["row 1"],
+    folder.fail_each(
+        &format!("{train} --out x.recipe --pattern"),
+        &[
+            "own.csv -n 2 => --pattern --samples",
+            "own.csv -n 5 --max-theta-i 40 => --pattern row 1",
+            "none.csv -n 5 => none.csv",
+            "out.csv -n 5 => row 1",
+        ],
     );
 }

@@ -190,14 +190,16 @@ fn write_inputs(folder: &Folder) {
         "train --model linear --samples 4 --missing 0.5 --effort brief --data procedural:8 --out l.recipe",
     );
     folder.succeed("export l.recipe --format basis --components 6 --out small.basis");
-    folder.add_bundled("any/linear-any.recipe");
-    folder.add_bundled("any/linear-any.basis");
-    fs::rename(folder.at("linear-any.recipe"), folder.at("any.recipe")).expect("renamed");
-    fs::rename(folder.at("linear-any.basis"), folder.at("any.basis")).expect("renamed");
-    folder.add_bundled("completed/neural-n8.recipe");
-    fs::rename(folder.at("neural-n8.recipe"), folder.at("n.recipe")).expect("renamed");
-    folder.add_bundled("masked/neural-n16.recipe");
-    fs::rename(folder.at("neural-n16.recipe"), folder.at("m.recipe")).expect("renamed");
+    for (bundled, name) in [
+        ("any/linear-any.recipe", "any.recipe"),
+        ("any/linear-any.basis", "any.basis"),
+        ("completed/neural-n8.recipe", "n.recipe"),
+        ("masked/neural-n16.recipe", "m.recipe"),
+    ] {
+        folder.add_bundled(bundled);
+        let (_, own) = bundled.split_once('/').expect("a folder");
+        fs::rename(folder.at(own), folder.at(name)).expect("renamed");
+    }
     for recipe in ["m", "n"] {
         folder.succeed(&format!("plan {recipe}.recipe --blank {recipe}-blank.csv"));
         folder.succeed(&format!(
