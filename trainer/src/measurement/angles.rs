@@ -248,9 +248,13 @@ pub(super) fn rusinkiewicz(incoming: [f64; 3], outgoing: [f64; 3]) -> Angles<f64
     let difference: [f64; 3] = std::array::from_fn(|i| incoming[i] - outgoing[i]);
     let length = |[x, y, z]: [f64; 3]| x.hypot(y).hypot(z);
     let theta_h = sum[0].hypot(sum[1]).atan2(sum[2]);
-    let phi_h = sum[1].atan2(sum[0]);
-    // Rotate the incoming direction so that the half vector is the z axis.
     let [x, y, z] = incoming;
+    // Within the pole, phi_d is 0, as on the device: the azimuth of the half vector is that of the light.
+    let phi_h = match theta_h < f64::from(HalfDifference::POLE) {
+        true => y.atan2(x),
+        false => sum[1].atan2(sum[0]),
+    };
+    // Rotate the incoming direction so that the half vector is the z axis.
     let (sin, cos) = phi_h.sin_cos();
     let (along, across) = (x * cos + y * sin, y * cos - x * sin);
     Angles {

@@ -1,6 +1,7 @@
 //! Rows in any order, missing and repeated rows, rows with angles or index, and errors of invalid rows.
 
-use glimpse_trainer::measurement::coefficient_of_variation;
+use glimpse_core::geometry::{Directions, HalfDifference};
+use glimpse_trainer::measurement::{angles_from_vectors, coefficient_of_variation};
 
 use super::{error_message, read_brdf};
 use crate::common::assert_names;
@@ -107,5 +108,26 @@ fn truncated_file_has_fewer_rows_or_fails() {
                 error_message(refused);
             }
         }
+    }
+}
+
+/// Rounding turns the half vector of mirrored directions, and not their angles on the device.
+#[test]
+fn mirrored_directions_have_the_angles_of_the_device() {
+    for azimuth in [0.0_f64, 0.3, 1.0, 2.5, 4.0] {
+        let pair = [0.0, std::f64::consts::PI].map(|turn| {
+            let (sin, cos) = (azimuth + turn).sin_cos();
+            [0.5 * cos, 0.5 * sin, 0.75_f64.sqrt()]
+        });
+        let device = HalfDifference::from_directions(&Directions {
+            incoming: pair[0].map(|x| x as f32),
+            outgoing: pair[1].map(|x| x as f32),
+        });
+        let host = HalfDifference::from_angles(angles_from_vectors(pair[0], pair[1]).unwrap());
+        let device = device.unwrap();
+        assert!(
+            (host.dx - device.dx).abs() + host.dy.abs() < 1e-6,
+            "{host:?}"
+        );
     }
 }
