@@ -14,9 +14,9 @@ use super::virtual_readings::VirtualReadings;
 use crate::linear::Columns;
 use crate::linear::principal_components;
 
-/// The share of training directions distributed like those of a rendered sphere. The others are uniform, as in the
-/// loss.
-const SPHERE_SHARE: f32 = 0.25;
+/// The number of training directions that are uniform, as in the loss, for each one that is distributed like those of a
+/// rendered sphere.
+const UNIFORM_PER_SPHERE: usize = 3;
 
 /// The number of virtual readings.
 pub(super) const VIRTUAL_READINGS: usize = 96;
@@ -53,18 +53,19 @@ impl Dataset {
         seed: u64,
     ) -> Self {
         let materials: Arc<[Box<dyn Material>]> = materials.into();
-        let sphere_count = (SPHERE_SHARE * size as f32) as usize;
-        let directions = [
-            uniform_valid(size - sphere_count, seed),
-            sphere_view_samples(sphere_count, seed),
-        ];
+        let spheres = size / (1 + UNIFORM_PER_SPHERE);
+        let uniform = uniform_valid(spheres * UNIFORM_PER_SPHERE, seed);
+        let uniform = uniform.chunks_exact(UNIFORM_PER_SPHERE);
+        // They alternate, so that each block of directions has both.
+        let directions = uniform.zip(sphere_view_samples(spheres, seed));
+        let directions = directions.flat_map(|(uniform, sphere)| [uniform, &[sphere]].concat());
         Self {
             columns: OnceLock::new(),
             pool: WarpedPool::new(
                 Arc::clone(&materials),
                 training_count,
                 &augmentation_options.warps,
-                directions.concat(),
+                directions.collect(),
             ),
             validation_pool: WarpedPool::new(
                 Arc::clone(&materials),

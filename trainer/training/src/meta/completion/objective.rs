@@ -23,6 +23,9 @@ use crate::meta::scan_budget::Motion;
 
 /// The number of tasks that a thread processes together.
 pub(super) const CHUNK: usize = 16;
+/// The number of directions of a task's loss. Twice as many do not lower the loss on other materials.
+pub const OUTER_SAMPLES: usize = 128;
+
 /// The objective of schedule prior: the CoefficientNet alone for the model Linear, otherwise with the StartNet and its
 /// descent.
 pub struct CompletionObjective<'a> {

@@ -14,7 +14,7 @@ use super::correction::bounded_precision;
 use super::dataset::Dataset;
 use super::hyperparameters::Hyperparameters;
 use super::initial_weights::initial_weights;
-use super::objective::CHUNK;
+use super::objective::{CHUNK, OUTER_SAMPLES};
 use super::reading::Reading;
 use super::refinement::{Refinement, RefinementInputs};
 use super::task::{Dropout, Task};
@@ -30,8 +30,6 @@ use crate::meta::samples::WeightedSamples;
 
 /// The smallest and the largest number of readings of a task.
 const READINGS: [f32; 2] = [4.0, 64.0];
-/// The number of directions of a task's loss.
-const OUTER_SAMPLES: usize = 256;
 /// The number of draws of initial parameters that are compared.
 const INITIAL_DRAWS: usize = 16;
 

@@ -243,8 +243,6 @@ impl Task {
         let mut log_gain = |bound: f32| bound * (2.0 * random.random::<f32>() - 1.0);
         let shared = log_gain(bound);
         let gains = [(); 3].map(|()| (shared + log_gain(0.5 * bound)).exp());
-        // This unused number keeps the random numbers of the bundled recipes.
-        let _ = random.random_range(0..1_usize);
         let share: f32 = random.random();
         let warps = [material, partner].map(|index| random.random_range(0..pool.warps(index)));
         let shares = [(); 3].map(|()| {

@@ -3,14 +3,11 @@
 use glimpse_core::model::ModelKind;
 use glimpse_optimizer::Groups;
 
-use crate::meta::completion::objective::{CompletionObjective, StepOptions};
+use crate::meta::completion::objective::{CompletionObjective, OUTER_SAMPLES, StepOptions};
 use crate::meta::completion::start_objective::StartObjective;
 use crate::meta::completion::task::Dropout;
 use crate::meta::phase::{Phase, Selection, Start};
 use crate::meta::plan::Effort;
-
-/// The number of directions of a task's loss.
-const OUTER_SAMPLES: usize = 256;
 
 /// The step counts of an effort.
 struct Steps {
@@ -35,7 +32,7 @@ impl Steps {
                 (Effort::Quick, true) => (2, 500, 6_000, 2_500, [1_500, 1_000]),
                 (Effort::Quick, false) => (2, 500, 6_000, 0, [1_500, 0]),
                 (Effort::Standard, true) => (6, 1_500, 30_000, 4_000, [4_000, 2_500]),
-                (Effort::Standard, false) => (16, 3_000, 80_000, 0, [10_000, 0]),
+                (Effort::Standard, false) => (4, 3_000, 80_000, 0, [5_000, 0]),
                 (Effort::Long, true) => (16, 3_000, 100_000, 60_000, [20_000, 10_000]),
                 (Effort::Long, false) => (16, 3_000, 200_000, 0, [20_000, 0]),
             };
