@@ -18,6 +18,8 @@ pub struct Axis {
 pub enum Scale {
     /// A linear scale that contains 0.
     Linear,
+    /// A linear scale from the smallest to the largest value.
+    Interval,
     /// A logarithmic scale with ticks at powers of 2, for numbers of samples.
     Log2,
     /// A logarithmic scale with ticks at 1, 2 and 5 times powers of 10, for errors.
@@ -108,7 +110,7 @@ impl Scale {
     /// scale.
     fn coordinate(&self, value: f64) -> Option<f64> {
         let coordinate = match self {
-            Self::Linear => value,
+            Self::Linear | Self::Interval => value,
             Self::Log2 => value.log2(),
             Self::Log10 => value.log10(),
         };
@@ -121,6 +123,7 @@ impl Scale {
         let high = coordinates.reduce(f64::max).unwrap_or(1.0);
         match self {
             Self::Linear => [low.min(0.0), high.max(1e-9) * 1.05],
+            Self::Interval => [low, high.max(low + 1e-9)],
             // The margins make room for markers and keep the range from being empty.
             Self::Log2 => [low - 0.25, high + 0.25],
             Self::Log10 => [low - 0.05, high.max(low + 0.1) + 0.05],
@@ -131,7 +134,7 @@ impl Scale {
     fn ticks(&self, [low, high]: [f64; 2]) -> Vec<f64> {
         let within = |tick: &f64| (low..=high).contains(tick);
         match self {
-            Self::Linear => {
+            Self::Linear | Self::Interval => {
                 let rough = (high - low) / 6.0;
                 let power = 10f64.powf(rough.log10().floor());
                 let factor = [1.0, 2.0, 5.0, 10.0]
@@ -156,7 +159,7 @@ impl Scale {
     /// Returns the label of a tick.
     fn label(&self, tick: f64) -> String {
         let value = match self {
-            Self::Linear => tick,
+            Self::Linear | Self::Interval => tick,
             Self::Log2 => tick.exp2(),
             Self::Log10 => 10f64.powf(tick),
         };

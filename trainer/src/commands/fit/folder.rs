@@ -14,12 +14,13 @@ use super::report::FitReport;
 const LOBE_THETA_I: [f32; 3] = [15.0, 45.0, 75.0];
 
 /// The names of all files.
-pub(super) const FILES: [&str; 5] = [
+pub(super) const FILES: [&str; 6] = [
     "material.json",
     "sphere.png",
     "lobe.svg",
     "readings.csv",
     "bands.csv",
+    "bands.svg",
 ];
 
 /// Returns the contents of [`FILES`]; without bands, of the first four.
@@ -31,10 +32,9 @@ pub(super) fn contents(
 ) -> anyhow::Result<Vec<(&'static str, Vec<u8>)>> {
     let material = &fit.material;
     let sphere = render_sphere(material as &dyn Material, SPHERE_SIZE);
-    let bands = report
-        .spectrum
-        .as_ref()
-        .map(|spectrum| spectrum.to_csv().into_bytes());
+    let bands = report.spectrum.iter();
+    let bands =
+        bands.flat_map(|spectrum| [spectrum.to_csv(), spectrum.to_svg()].map(String::into_bytes));
     let contents = [
         material.to_json(basis, report)?.into_bytes(),
         sphere.tone_map().to_png()?,

@@ -57,8 +57,8 @@ use super::{emit, recipe_or_bundled};
 /// - readings.csv, with the reading of each sample as a BRDF, the fitted value and its standard
 ///   deviation, and z: the reading minus its prediction from the others, in standard deviations. You
 ///   can correct this file and fit it again, without --quantity and --white;
-/// - with bands, bands.csv: readings and fit of each band, and their colors. Formats and commands
-///   show RGB (CIE 1931, D65); rgl-spectral, openmaterial and ssdd have the bands;
+/// - with bands, bands.csv and bands.svg: readings and fit of each band, and their colors. Formats
+///   and commands show RGB (CIE 1931, D65); rgl-spectral, openmaterial and ssdd have the bands;
 /// - for the model linear the basis, so that the folder can be moved;
 /// - with --format, a folder DIR/formats with files for other programs.
 ///

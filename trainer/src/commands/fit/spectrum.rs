@@ -1,4 +1,4 @@
-//! The spectrum of a fit: bands.csv, and the colors of readings and fit.
+//! The spectrum of a fit: bands.csv, bands.svg, and the colors of readings and fit.
 
 use std::f64::consts::PI;
 
@@ -7,6 +7,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_materials::{Illuminant, Observer, Spectrum, Viewing, weighted_sums};
 use glimpse_trainer::measurement::Fit;
 use glimpse_trainer::metrics::{Lab, ciede2000};
+use glimpse_trainer::report::{Axis, Marker, Plot, Scale, Series, SeriesColor};
 use serde::Serialize;
 
 use super::super::choice::choice;
@@ -18,6 +19,17 @@ const ILLUMINANTS: [(&str, Illuminant); 4] = [
     ("e", Illuminant::E),
 ];
 const OBSERVERS: [(&str, Observer); 2] = [("2", Observer::Cie1931), ("10", Observer::Cie1964)];
+
+/// The colors of the plot; it has at most as many readings.
+const COLORS: [SeriesColor; 7] = [
+    SeriesColor::Blue,
+    SeriesColor::Vermillion,
+    SeriesColor::Green,
+    SeriesColor::Purple,
+    SeriesColor::Sky,
+    SeriesColor::Orange,
+    SeriesColor::Black,
+];
 
 /// Options for colors of bands.
 #[derive(Args)]
@@ -131,6 +143,43 @@ impl SpectrumReport {
             self.observer,
             sum / self.readings.len().max(1) as f64,
         )
+    }
+
+    /// Returns bands.svg, the spectra of readings over the whole range of aspecular angles, and of the fit there.
+    pub(super) fn to_svg(&self) -> String {
+        let mut order: Vec<&SpectrumReading> = self.readings.iter().collect();
+        order.sort_by(|one, other| one.aspecular.total_cmp(&other.aspecular));
+        let count = order.len().min(COLORS.len());
+        let shown = (0..count).map(|index| order[index * (order.len() - 1) / (count - 1).max(1)]);
+        let series = shown.zip(COLORS).flat_map(|(reading, color)| {
+            let spectra = reading.spectra.iter();
+            let kinds = [("reading", Marker::Ring), ("fit", Marker::Disc)];
+            kinds
+                .into_iter()
+                .zip(spectra)
+                .map(move |((kind, marker), spectrum)| {
+                    let pairs = self.wavelengths.iter().zip(spectrum);
+                    Series {
+                        name: format!("{:.0}\u{b0}: {kind}", reading.aspecular),
+                        color,
+                        marker,
+                        points: pairs
+                            .map(|(nm, value)| [*nm, *value].map(f64::from))
+                            .collect(),
+                    }
+                })
+        });
+        let axis = |title: &str, scale| Axis {
+            title: title.into(),
+            scale,
+        };
+        let plot = Plot {
+            title: "Spectra, by the angle from the mirror direction".into(),
+            x: axis("wavelength, nm", Scale::Interval),
+            y: axis("BRDF, sr\u{207b}\u{b9}", Scale::Log10),
+            series: series.collect(),
+        };
+        plot.to_svg()
     }
 
     /// Returns bands.csv, with a row for each reading. It can be fitted again.
