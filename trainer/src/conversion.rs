@@ -294,16 +294,18 @@ pub fn encode(
                 Format::RglSpectra | Format::OpenMaterial | Format::Ssdd
             );
             let spectrum = material.spectrum().filter(|_| has_bands);
-            let groups = spectrum.map(|spectrum| spectrum.groups());
-            let materials = match &groups {
-                Some(groups) => groups.iter().map(|group| &**group).collect(),
-                None => vec![material],
+            let groups: Vec<_> = spectrum.iter().flat_map(|bands| bands.groups()).collect();
+            let in_rgb = Physical::as_fitted(material);
+            let brdfs: Vec<&dyn Brdf> = match spectrum {
+                Some(_) => groups.iter().map(|group| group as &dyn Brdf).collect(),
+                None => vec![&in_rgb],
             };
             let physical = match as_fitted {
                 true => Physical::as_fitted,
                 false => Physical::of,
             };
-            let tables: Vec<Physical<'_>> = materials.into_iter().map(physical).collect();
+            let tables: Vec<Physical<'_, dyn Brdf + '_>> =
+                brdfs.into_iter().map(physical).collect();
             let wavelengths = spectrum.map_or(&[][..], |spectrum| spectrum.wavelengths());
             Ok(Encoded {
                 is_changed: tables.iter().any(Physical::is_changed),
@@ -332,7 +334,7 @@ pub fn encode(
 fn table(
     material: &dyn Material,
     wavelengths: &[f32],
-    brdfs: &[Physical<'_>],
+    brdfs: &[Physical<'_, dyn Brdf + '_>],
     format: Format,
     name: &str,
 ) -> Result<Vec<(String, Vec<u8>)>, ConversionError> {

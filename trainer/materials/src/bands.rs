@@ -5,7 +5,7 @@ use glimpse_core::model::ModelKind;
 use serde::{Deserialize, Serialize};
 
 use crate::basis::Basis;
-use crate::{Brdf, FittedBrdf, Material, Spectrum, Viewing, weighted_sums};
+use crate::{Brdf, FittedBrdf, Viewing, weighted_sums};
 
 /// The number of bands of a group.
 const GROUP: usize = 3;
@@ -31,8 +31,8 @@ pub struct Bands {
     weights: Vec<[f64; 3]>,
 }
 
-/// Three bands as a material, instead of red, green and blue.
-struct BandGroup<'b> {
+/// Three bands of a BRDF, instead of red, green and blue. The last group may repeat the last band.
+pub struct BandGroup<'b> {
     bands: &'b Bands,
     first: usize,
 }
@@ -51,14 +51,11 @@ impl Bands {
     #[must_use]
     pub fn new(values: BandValues, model: ModelKind, basis: Option<&Basis>) -> Option<Self> {
         let per_fit = Self::per_fit(model);
+        let mut numbers = values.values.iter().flatten();
         let is_valid = values.wavelengths.is_sorted_by(|a, b| a < b)
             && !values.wavelengths.is_empty()
             && values.values.len() == values.wavelengths.len().div_ceil(per_fit)
-            && values
-                .values
-                .iter()
-                .flatten()
-                .all(|value| value.is_finite());
+            && numbers.all(|value| value.is_finite());
         let fits = values.values.iter().filter(|_| is_valid);
         let fits = fits.map(|values| FittedBrdf::new(model, values.clone(), basis));
         let fits = fits.collect::<Option<Vec<_>>>()?;
@@ -76,7 +73,14 @@ impl Bands {
         &self.values
     }
 
-    fn each_group(&self) -> impl Iterator<Item = BandGroup<'_>> {
+    /// Returns the wavelengths of the bands in nm, in ascending order.
+    #[must_use]
+    pub fn wavelengths(&self) -> &[f32] {
+        &self.values.wavelengths
+    }
+
+    /// Returns a BRDF for each three bands.
+    pub fn groups(&self) -> impl Iterator<Item = BandGroup<'_>> {
         let firsts = (0..self.wavelengths().len()).step_by(GROUP);
         firsts.map(|first| BandGroup { bands: self, first })
     }
@@ -85,10 +89,8 @@ impl Bands {
     #[must_use]
     pub fn evaluate(&self, at: &[HalfDifference<f32>]) -> Vec<Vec<f32>> {
         let mut spectra = vec![Vec::new(); at.len()];
-        for group in self.each_group() {
-            let mut brdf = vec![[0.0; GROUP]; at.len()];
-            group.brdf_batch(at, &mut brdf);
-            for (spectrum, brdf) in spectra.iter_mut().zip(brdf) {
+        for group in self.groups() {
+            for (spectrum, brdf) in spectra.iter_mut().zip(group.values_at(at)) {
                 let left = self.wavelengths().len() - spectrum.len();
                 spectrum.extend(brdf.into_iter().take(left));
             }
@@ -106,7 +108,7 @@ impl Bands {
     /// Returns the color at angles, and for each channel its derivatives with respect to theta_h, theta_d and phi_d.
     pub(crate) fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
         let groups = self
-            .each_group()
+            .groups()
             .map(|group| group.brdf_with_derivative(angles));
         let (values, derivatives): (Vec<_>, Vec<_>) = groups.unzip();
         let by_angle = [0, 1, 2].map(|angle| {
@@ -140,29 +142,6 @@ impl BandGroup<'_> {
             act(&self.bands.fits[band], &[[channel, 0]]);
         }
     }
-}
-
-impl Spectrum for Bands {
-    fn wavelengths(&self) -> &[f32] {
-        &self.values.wavelengths
-    }
-
-    fn groups(&self) -> Vec<Box<dyn Material + '_>> {
-        let groups = self.each_group();
-        groups
-            .map(|group| Box::new(group) as Box<dyn Material>)
-            .collect()
-    }
-}
-
-impl Material for BandGroup<'_> {
-    fn name(&self) -> &'static str {
-        "bands"
-    }
-
-    fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
-        self.brdf_with_derivative(angles).0
-    }
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
         let mut result = ([0.0; 3], [[0.0; 3]; 3]);
@@ -175,8 +154,10 @@ impl Material for BandGroup<'_> {
         });
         result
     }
+}
 
-    fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+impl Brdf for BandGroup<'_> {
+    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         let mut of_fit = vec![[0.0; 3]; at.len()];
         self.for_each(|fit, channels| {
             fit.evaluate(at, &mut of_fit);

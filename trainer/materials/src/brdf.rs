@@ -2,7 +2,7 @@
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 
-use crate::Material;
+use crate::NotFinite;
 use crate::basis::{Reconstruction, angles_of};
 
 /// A BRDF that metrics and pictures evaluate at many directions in one call.
@@ -20,15 +20,24 @@ pub trait Brdf: Sync {
         self.evaluate(&[HalfDifference::from_angles(angles)], &mut brdf);
         brdf[0]
     }
-}
 
-impl Brdf for dyn Material + '_ {
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        self.brdf_batch(at, brdf);
+    /// Returns the values of [`Brdf::evaluate`] at each element of `at`.
+    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
+        let mut values = vec![[0.0; 3]; at.len()];
+        self.evaluate(at, &mut values);
+        values
     }
 
-    fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
-        self.brdf(angles)
+    /// Returns [`Brdf::values_at`].
+    ///
+    /// # Errors
+    /// If a value is not finite.
+    fn finite_values_at(&self, at: &[HalfDifference<f32>]) -> Result<Vec<[f32; 3]>, NotFinite> {
+        let values = self.values_at(at);
+        for (at, value) in at.iter().zip(&values) {
+            NotFinite::check(angles_of(at), *value)?;
+        }
+        Ok(values)
     }
 }
 

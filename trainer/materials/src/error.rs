@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use glimpse_core::geometry::Angles;
 
 use crate::Coverage;
+use crate::untrusted::read_at_most;
 
 /// The largest COUNT of `procedural:COUNT`.
 pub(super) const MAX_PROCEDURAL: usize = 100_000;
@@ -103,14 +104,11 @@ impl NotFinite {
     /// # Errors
     /// The first such channel.
     pub fn check(angles: Angles<f32>, brdf: [f32; 3]) -> Result<(), Self> {
-        let Some(value) = brdf.into_iter().find(|value| !value.is_finite()) else {
-            return Ok(());
-        };
-        let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
-        Err(Self {
-            value,
-            angles: angles.map(f32::to_degrees),
-        })
+        let angles = [angles.theta_h, angles.theta_d, angles.phi_d].map(f32::to_degrees);
+        match brdf.into_iter().find(|value| !value.is_finite()) {
+            Some(value) => Err(Self { value, angles }),
+            None => Ok(()),
+        }
     }
 }
 
@@ -122,16 +120,33 @@ pub(super) fn read_error(path: &Path) -> impl Fn(io::Error) -> SourceError {
     }
 }
 
+/// Returns the paths of all entries of a directory.
+pub(super) fn entries(directory: &Path) -> Result<Vec<PathBuf>, SourceError> {
+    let entries = directory.read_dir().map_err(read_error(directory))?;
+    let paths = entries.map(|entry| Ok(entry.map_err(read_error(directory))?.path()));
+    paths.collect()
+}
+
+/// Reads a text of up to `max_bytes` bytes.
+pub(super) fn read_text(path: &Path, max_bytes: u64) -> Result<String, SourceError> {
+    let bytes = read_at_most(path, max_bytes).map_err(read_error(path))?;
+    String::from_utf8(bytes).map_err(|error| {
+        let valid = error.utf8_error().valid_up_to();
+        Defect::in_file(path)(format!("it is not UTF-8 text from byte {valid} on"))
+    })
+}
+
 /// A defect of a file. [`Defect::in_file`] adds the path, and [`SourceError`] the remedy.
 #[derive(Debug)]
 pub(super) enum Defect {
     /// The file is damaged.
     Damaged(String),
-    /// The file is intact, and its form is not supported.
-    Unsupported(String),
     /// The file is intact, its form is not supported, and this is the remedy.
-    OtherForm(String, &'static str),
+    Unsupported(String, &'static str),
 }
+
+/// The remedy for materials in forms that other programs read.
+pub(super) const CONVERT: &str = "convert it to a MERL table NAME.binary, or remove it";
 
 impl<T: Into<String>> From<T> for Defect {
     fn from(defect: T) -> Self {
@@ -148,12 +163,7 @@ impl Defect {
                 path: path.clone(),
                 defect,
             },
-            Self::Unsupported(defect) => SourceError::Unsupported {
-                path: path.clone(),
-                defect,
-                remedy: "convert it to a MERL table NAME.binary, or remove it",
-            },
-            Self::OtherForm(defect, remedy) => SourceError::Unsupported {
+            Self::Unsupported(defect, remedy) => SourceError::Unsupported {
                 path: path.clone(),
                 defect,
                 remedy,

@@ -117,7 +117,8 @@ fn replaced_file(path: &Path) -> io::Result<Option<PathBuf>> {
     fs::canonicalize(path).map(Some)
 }
 
-fn directory_of(path: &Path) -> &Path {
+/// Returns the directory of a file.
+pub(crate) fn directory_of(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),

@@ -1,7 +1,7 @@
 //! The BRDF of a fit.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::{Model, ModelKind, NeuralParameters, ParameterSet};
+use glimpse_core::model::{Model, ModelKind, Neural, NeuralParameters, ParameterSet};
 use glimpse_kernels::brdf::with_derivative;
 use glimpse_kernels::inner_loop::unflatten;
 use glimpse_kernels::{LaneModel, with_model};
@@ -50,11 +50,13 @@ impl FittedBrdf {
     /// Returns the weights of the model Neural, or None for other models.
     #[must_use]
     pub fn network(&self) -> Option<NeuralParameters<f32>> {
-        (self.model == ModelKind::Neural).then(|| {
-            let mut network = NeuralParameters::filled(0.0);
-            unflatten(&self.values, &mut network);
-            network
-        })
+        (self.model == ModelKind::Neural).then(|| self.parameters::<Neural>())
+    }
+
+    fn parameters<M: Model>(&self) -> M::Parameters<f32> {
+        let mut parameters = M::Parameters::filled(0.0);
+        unflatten(&self.values, &mut parameters);
+        parameters
     }
 
     /// Returns the BRDF at angles in radians, and for each channel its derivatives with respect to theta_h, theta_d and
@@ -62,17 +64,14 @@ impl FittedBrdf {
     #[must_use]
     pub fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
         if let Some(reconstruction) = &self.reconstruction {
-            let mut brdf = [[0.0; 3]];
-            reconstruction.evaluate(&[HalfDifference::from_angles(angles)], &mut brdf);
+            let brdf = reconstruction.at_angles(angles);
             let duals = reconstruction.brdf_with_derivative(&angles);
             let derivative = duals.map(|dual| dual.tangent.map(|value| value as f32));
-            return (brdf[0], derivative);
+            return (brdf, derivative);
         }
         // The last arm is never used: the model Linear has a reconstruction.
         with_model!(self.model, M => {
-            let mut parameters = <M as Model>::Parameters::filled(0.0);
-            unflatten(&self.values, &mut parameters);
-            with_derivative::<M>(&parameters, angles)
+            with_derivative::<M>(&self.parameters::<M>(), angles)
         }, _ => ([f32::NAN; 3], [[f32::NAN; 3]; 3]))
     }
 }
@@ -84,9 +83,7 @@ impl Brdf for FittedBrdf {
         }
         // The last arm is never used: the model Linear has a reconstruction.
         with_model!(self.model, M => {
-            let mut parameters = <M as Model>::Parameters::filled(0.0);
-            unflatten(&self.values, &mut parameters);
-            <M as LaneModel>::evaluate(&parameters, at, brdf);
+            <M as LaneModel>::evaluate(&self.parameters::<M>(), at, brdf);
         }, _ => brdf.fill([f32::NAN; 3]));
     }
 }

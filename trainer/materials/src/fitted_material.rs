@@ -8,12 +8,12 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use crate::basis::Basis;
-use crate::error::{Defect, ensure, read_error};
+use crate::error::{CONVERT, Defect, ensure, read_error};
 use crate::fitted_brdf::FittedBrdf;
-use crate::name::is_valid_name;
+use crate::name::{has_extension, is_valid_name};
 use crate::other_format::SAVE_WEIGHTS;
 use crate::untrusted::{escaped, escaped_json_error, read_at_most};
-use crate::{BandValues, Bands, Brdf, Material, SourceError, Spectrum};
+use crate::{BandValues, Bands, Brdf, Material, SourceError};
 
 /// The value of the field `format`.
 const FORMAT: &str = "glimpse-material";
@@ -135,12 +135,6 @@ impl FittedMaterial {
         Self { bands, ..self }
     }
 
-    /// Returns the spectrum, if the readings were in bands.
-    #[must_use]
-    pub fn bands(&self) -> Option<&Bands> {
-        self.bands.as_ref()
-    }
-
     /// Returns the fitted BRDF.
     #[must_use]
     pub fn fitted(&self) -> &FittedBrdf {
@@ -197,10 +191,13 @@ impl FittedMaterial {
             ..
         } = fields;
         let Some(model) = MODELS.into_iter().find(|kind| kind.name() == model) else {
-            return Err(Defect::Unsupported(format!(
-                "its `model` is `{}`, and only phong, cook-torrance, neural and linear are supported",
-                escaped(&model)
-            )));
+            return Err(Defect::Unsupported(
+                format!(
+                    "its `model` is `{}`, and only phong, cook-torrance, neural and linear are supported",
+                    escaped(&model)
+                ),
+                CONVERT,
+            ));
         };
         if let Some(index) = values.iter().position(|value| !value.is_finite()) {
             return Err(format!("`values[{index}]` is not finite as a 32-bit float").into());
@@ -226,8 +223,7 @@ impl FittedMaterial {
     /// Returns true if the extension of a path is `json`, so that it may be a fitted material.
     #[must_use]
     pub fn is_json_file(path: &Path) -> bool {
-        path.extension()
-            .is_some_and(|extension| extension == "json")
+        has_extension(path, "json")
     }
 
     /// Returns the path of `material.json` in a directory, or None if the file does not exist.
@@ -263,14 +259,14 @@ fn parse_fields(bytes: &[u8]) -> Result<MaterialFields, Defect> {
     };
     let header: FormatHeader = serde_json::from_slice(bytes).map_err(invalid)?;
     if header.class_name.is_some() {
-        return Err(Defect::OtherForm(
+        return Err(Defect::Unsupported(
             "it is the architecture of a Keras network, without weights".to_owned(),
             SAVE_WEIGHTS,
         ));
     }
     let format = header.format.unwrap_or_default();
     if format != FORMAT {
-        return Err(Defect::OtherForm(
+        return Err(Defect::Unsupported(
             format!(
                 "its `format` is `{}`, and must be `{FORMAT}`",
                 escaped(&format)
@@ -281,10 +277,13 @@ fn parse_fields(bytes: &[u8]) -> Result<MaterialFields, Defect> {
     let fields: MaterialFields = match header.version {
         Some(VERSION) => serde_json::from_slice(bytes).map_err(invalid)?,
         version => {
-            return Err(Defect::Unsupported(format!(
-                "its `version` is {}, and only version {VERSION} is supported",
-                version.map_or("missing".to_owned(), |version| version.to_string())
-            )));
+            return Err(Defect::Unsupported(
+                format!(
+                    "its `version` is {}, and only version {VERSION} is supported",
+                    version.map_or("missing".to_owned(), |version| version.to_string())
+                ),
+                CONVERT,
+            ));
         }
     };
     ensure!(
@@ -329,8 +328,8 @@ impl Material for FittedMaterial {
         self.fitted.network().filter(|_| self.bands.is_none())
     }
 
-    fn spectrum(&self) -> Option<&dyn Spectrum> {
-        self.bands.as_ref().map(|bands| bands as &dyn Spectrum)
+    fn spectrum(&self) -> Option<&Bands> {
+        self.bands.as_ref()
     }
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {

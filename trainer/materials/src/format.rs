@@ -1,10 +1,10 @@
 //! Material file formats, detected from the content of a file.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use crate::error::{Defect, read_error};
+use crate::name::has_extension;
+use crate::untrusted::read_head;
 use crate::{MerlTable, NeuralBrdf, RglMeasurement, SourceError};
 use crate::{other_format, pab, ssdd};
 
@@ -55,20 +55,13 @@ impl Format {
         if NeuralBrdf::name_of(path).is_some() {
             return Ok(Self::Nbrdf);
         }
-        if path
-            .extension()
-            .is_some_and(|extension| extension == "xompt")
-        {
+        if has_extension(path, "xompt") {
             return Ok(Self::OpenMaterial);
         }
         if !path.is_file() {
             return Err(SourceError::UnknownFormat(path.into()));
         }
-        let mut head = Vec::new();
-        let file = File::open(path).map_err(read_error(path))?;
-        file.take(HEAD_BYTES)
-            .read_to_end(&mut head)
-            .map_err(read_error(path))?;
+        let head = read_head(path, HEAD_BYTES).map_err(read_error(path))?;
         if RglMeasurement::has_signature(&head) {
             return Ok(match RglMeasurement::has_spectra(&head) {
                 true => Self::RglSpectra,

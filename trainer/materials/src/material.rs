@@ -4,7 +4,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::NeuralParameters;
 
 use crate::basis::angles_of;
-use crate::{Coverage, SourceError};
+use crate::{Bands, Brdf, Coverage, SourceError};
 
 /// A material: a named BRDF with derivatives. It is defined for all directions unless [`Material::coverage`] states unknown
 /// ones.
@@ -46,7 +46,7 @@ pub trait Material: Send + Sync {
     }
 
     /// Returns the spectrum if the material was measured in bands.
-    fn spectrum(&self) -> Option<&dyn Spectrum> {
+    fn spectrum(&self) -> Option<&Bands> {
         None
     }
 
@@ -58,13 +58,14 @@ pub trait Material: Send + Sync {
     }
 }
 
-/// A BRDF in bands.
-pub trait Spectrum {
-    /// Returns the wavelengths of the bands in nm, in ascending order.
-    fn wavelengths(&self) -> &[f32];
+impl Brdf for dyn Material + '_ {
+    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        self.brdf_batch(at, brdf);
+    }
 
-    /// Returns a material for each three bands, instead of red, green and blue. The last one may repeat the last band.
-    fn groups(&self) -> Vec<Box<dyn Material + '_>>;
+    fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
+        self.brdf(angles)
+    }
 }
 
 impl dyn Material + '_ {

@@ -33,7 +33,7 @@ pub(super) fn name_of(path: &Path) -> Result<String, SourceError> {
     let name = name.ok_or_else(|| SourceError::UnknownFormat(path.into()))?;
     match EXTENSIONS.iter().any(|extension| name.ends_with(extension)) {
         false => Ok(name.to_owned()),
-        true => Err(Defect::in_file(path)(Defect::OtherForm(
+        true => Err(Defect::in_file(path)(Defect::Unsupported(
             "its file name has no name of a material".to_owned(),
             "rename it to NAME.binary, NAME_rgb.bsdf or NAME_spec.bsdf",
         ))),
@@ -42,12 +42,14 @@ pub(super) fn name_of(path: &Path) -> Result<String, SourceError> {
 
 /// Returns true for a file `NAME_spec.bsdf` next to `NAME_rgb.bsdf`. RGL publishes each material in both forms.
 pub(super) fn is_second_form(path: &Path) -> bool {
-    let stem = name_by_extension(path).filter(|_| {
-        path.extension()
-            .is_some_and(|extension| extension == "bsdf")
-    });
+    let stem = name_by_extension(path).filter(|_| has_extension(path, "bsdf"));
     let stem = stem.as_deref().and_then(|name| name.strip_suffix(SPECTRA));
     stem.is_some_and(|stem| path.with_file_name(format!("{stem}{RGB}.bsdf")).is_file())
+}
+
+/// Returns true if a path has this extension.
+pub(super) fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|other| other == extension)
 }
 
 /// Returns true if a material may have this name: it must be usable as a file name.

@@ -137,9 +137,8 @@ impl Material for NeuralBrdf {
 #[must_use]
 pub fn to_nbrdf(parameters: &NeuralParameters<f32>) -> [(String, Vec<u8>); 6] {
     let mut rest = &parameters[..];
-    let mut lengths = Neural::LAYERS.into_iter();
     ARRAYS.map(|(array, shape)| {
-        let (layer, after) = rest.split_at(lengths.next().unwrap_or(0));
+        let (layer, after) = rest.split_at(shape.iter().product());
         rest = after;
         (format!("_{array}.npy"), to_npy(shape, layer))
     })

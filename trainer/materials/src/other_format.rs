@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use crate::error::Defect;
+use crate::error::{CONVERT, Defect};
 use crate::untrusted::escaped;
 
-const CONVERT: &str = "convert it to a MERL table NAME.binary, or remove it";
 /// The remedy for networks of Neural-BRDF in Keras's formats.
 pub(super) const SAVE_WEIGHTS: &str = "save the weights in the .h5 file as NAME_fc1.npy and its five siblings, as `h5_to_npy.py` of Neural-BRDF does";
 const EXTRACT: &str = "extract it, and give an extracted file or the directory";
@@ -77,7 +76,7 @@ fn binary(bytes: &[u8]) -> Option<&'static (&'static [u8], &'static str, &'stati
 /// Recognizes a file that is not a material by its first bytes, or else by its extension.
 pub(super) fn detect(path: &Path, head: &[u8]) -> Option<Defect> {
     let other_form = |format: &str, remedy| {
-        Some(Defect::OtherForm(
+        Some(Defect::Unsupported(
             format!("it is {format}, and is not supported"),
             remedy,
         ))
@@ -94,7 +93,7 @@ pub(super) fn detect(path: &Path, head: &[u8]) -> Option<Defect> {
         return other_form(format, CONVERT);
     }
     if !text.contains(|c: char| c.is_control() && !c.is_whitespace()) {
-        return Some(Defect::OtherForm(
+        return Some(Defect::Unsupported(
             format!(
                 "it is a text of an unknown format, which starts with `{}`",
                 escaped(first)

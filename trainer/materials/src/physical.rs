@@ -5,8 +5,8 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use rayon::prelude::*;
 
+use crate::Brdf;
 use crate::loss::loss_directions;
-use crate::{Brdf, Material};
 
 /// The step of theta in tables of albedos, in degrees.
 const STEP: f32 = 2.5;
@@ -49,29 +49,29 @@ impl PhysicalErrors {
 ///
 /// It is the mean of both orders of light and sensor, times a factor for theta_i and one for theta_o. The factors are at most
 /// 1, and below it where the albedo would be above 0.99.
-pub struct Physical<'m> {
-    material: &'m dyn Material,
+pub struct Physical<'m, B: Brdf + ?Sized> {
+    brdf: &'m B,
     is_mean: bool,
     /// The factor of each channel at each theta.
     factors: Vec<[f32; 3]>,
 }
 
-impl<'m> Physical<'m> {
-    /// Returns a material's BRDF without changes.
+impl<'m, B: Brdf + ?Sized> Physical<'m, B> {
+    /// Returns a BRDF without changes.
     #[must_use]
-    pub fn as_fitted(material: &'m dyn Material) -> Self {
+    pub fn as_fitted(brdf: &'m B) -> Self {
         Self {
-            material,
+            brdf,
             is_mean: false,
             factors: vec![[1.0; 3]; THETAS],
         }
     }
 
-    /// Changes a material's BRDF as far as necessary.
+    /// Changes a BRDF as far as necessary.
     #[must_use]
-    pub fn of(material: &'m dyn Material) -> Self {
-        let mut physical = Self::as_fitted(material);
-        physical.is_mean = reciprocity_error(material) > ROUNDING;
+    pub fn of(brdf: &'m B) -> Self {
+        let mut physical = Self::as_fitted(brdf);
+        physical.is_mean = reciprocity_error(brdf) > ROUNDING;
         // A mirror has both factors at once, so that it needs the root.
         for _ in 0..BALANCING_STEPS {
             if !physical.scale(f32::sqrt) {
@@ -96,7 +96,7 @@ impl<'m> Physical<'m> {
         is_above
     }
 
-    /// Returns true if the BRDF differs from the material's.
+    /// Returns true if the BRDF differs from the unchanged one.
     #[must_use]
     pub fn is_changed(&self) -> bool {
         self.is_mean
@@ -120,14 +120,15 @@ impl<'m> Physical<'m> {
     }
 }
 
-impl Brdf for Physical<'_> {
+impl<B: Brdf + ?Sized> Brdf for Physical<'_, B> {
     fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        self.material.brdf_batch(at, brdf);
-        let mut others = brdf.to_vec();
-        if self.is_mean {
-            let exchanged: Vec<_> = at.iter().map(exchanged).collect();
-            self.material.brdf_batch(&exchanged, &mut others);
-        }
+        self.brdf.evaluate(at, brdf);
+        let others = match self.is_mean {
+            true => self
+                .brdf
+                .values_at(&at.iter().map(exchanged).collect::<Vec<_>>()),
+            false => brdf.to_vec(),
+        };
         for ((at, brdf), other) in at.iter().zip(brdf).zip(others) {
             *brdf = self.combine(at, [*brdf, other]);
         }
@@ -138,9 +139,9 @@ impl Brdf for Physical<'_> {
             phi_d: angles.phi_d + PI,
             ..angles
         };
-        let one = self.material.brdf(angles);
+        let one = self.brdf.at_angles(angles);
         let other = match self.is_mean {
-            true => self.material.brdf(other),
+            true => self.brdf.at_angles(other),
             false => one,
         };
         self.combine(&HalfDifference::from_angles(angles), [one, other])
@@ -160,7 +161,7 @@ fn exchanged(at: &HalfDifference<f32>) -> HalfDifference<f32> {
 fn reciprocity_error(brdf: &(impl Brdf + ?Sized)) -> f64 {
     let at = loss_directions();
     let others: Vec<_> = at.iter().map(exchanged).collect();
-    let [values, others] = [&at, &others].map(|at| evaluate(brdf, at));
+    let [values, others] = [&at, &others].map(|at| brdf.values_at(at));
     let (mut changes, mut sum) = (0.0, 0.0);
     for ((at, one), other) in at.iter().zip(values).zip(others) {
         let weight = f64::from(at.cos_theta_i() * at.cos_theta_o());
@@ -210,7 +211,7 @@ pub fn directional_albedo(brdf: &(impl Brdf + ?Sized), theta_i_degrees: f32) -> 
         }
     }
     let mut sums = [0.0_f64; 3];
-    for (brdf, weight) in evaluate(brdf, &at).iter().zip(&weights) {
+    for (brdf, weight) in brdf.values_at(&at).iter().zip(&weights) {
         for (sum, f) in sums.iter_mut().zip(brdf) {
             *sum += f64::from(f * weight);
         }
@@ -219,43 +220,25 @@ pub fn directional_albedo(brdf: &(impl Brdf + ?Sized), theta_i_degrees: f32) -> 
     sums.map(|sum| (f64::from(PI) * sum / total) as f32)
 }
 
-fn evaluate(brdf: &(impl Brdf + ?Sized), at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
-    let mut values = vec![[0.0; 3]; at.len()];
-    brdf.evaluate(at, &mut values);
-    values
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::basis::angles_of;
 
     /// A mirror-like BRDF of albedo above 1, which depends on the order of light and sensor.
-    struct Unphysical;
-
-    impl Material for Unphysical {
-        fn name(&self) -> &str {
-            "unphysical"
-        }
-
-        fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
-            let lobe = 40.0 * (-(angles.theta_h / 0.1).powi(2)).exp();
-            [
-                1.5 / PI,
-                0.5 / PI + lobe,
-                0.2 + 0.1 * angles.phi_d.cos() * angles.theta_d,
-            ]
-        }
-
-        fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-            (self.brdf(angles), [[0.0; 3]; 3])
-        }
+    fn unphysical(at: &HalfDifference<f32>) -> [f32; 3] {
+        let angles = angles_of(at);
+        let lobe = 40.0 * (-(angles.theta_h / 0.1).powi(2)).exp();
+        [
+            1.5 / PI,
+            0.5 / PI + lobe,
+            0.2 + 0.1 * angles.phi_d.cos() * angles.theta_d,
+        ]
     }
 
     #[test]
     fn albedo_is_the_integral_of_brdf_times_cosine() {
         // An independent rule: uniform steps of theta_o and phi.
-        let material: &dyn Material = &Unphysical;
         for theta_i in [0.0_f32, 30.0, 60.0] {
             let (sine, cosine) = theta_i.to_radians().sin_cos();
             let mut sums = [0.0; 3];
@@ -270,14 +253,14 @@ mod tests {
                     ];
                     let incoming = [sine, 0.0, cosine];
                     let at = HalfDifference::from_directions(&Directions { incoming, outgoing });
-                    let brdf = at.map_or([0.0; 3], |at| material.brdf(angles_of(&at)));
+                    let brdf = at.map_or([0.0; 3], |at| unphysical(&at));
                     let weight = theta_o.cos() * theta_o.sin() * TAU * FRAC_PI_2 / 160_000.0;
                     for (sum, f) in sums.iter_mut().zip(brdf) {
                         *sum += f * weight;
                     }
                 }
             }
-            for (actual, expected) in directional_albedo(material, theta_i).iter().zip(sums) {
+            for (actual, expected) in directional_albedo(&unphysical, theta_i).iter().zip(sums) {
                 assert!(
                     (actual / expected - 1.0).abs() < 0.01,
                     "{theta_i}: {actual}, {expected}"
@@ -288,12 +271,12 @@ mod tests {
 
     #[test]
     fn physical_brdf_is_reciprocal_and_conserves_energy() {
-        let before = PhysicalErrors::of(&Unphysical as &dyn Material);
+        let before = PhysicalErrors::of(&unphysical);
         assert!(
             before.reciprocity > 0.005 && before.albedo > 1.4,
             "{before:?}"
         );
-        let physical = Physical::of(&Unphysical);
+        let physical = Physical::of(&unphysical);
         assert!(physical.is_changed());
         let after = PhysicalErrors::of(&physical);
         assert!(after.reciprocity < ROUNDING, "{after:?}");

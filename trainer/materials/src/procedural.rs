@@ -288,9 +288,19 @@ impl Procedural {
                 ((color, [reflectance, 0.2]), film)
             }
         };
-        let mut lobe = |(color, fresnel), roughness, share| {
+        let mut lobe = |(color, fresnel), roughness: f64, share| {
             let falloff = log_uniform(random, [1.05, 3.0]);
-            Lobe::new(color, fresnel, roughness, falloff, share)
+            // The distribution integrates to the share.
+            let squared = roughness * roughness;
+            let norm =
+                (falloff - 1.0) * (squared - 1.0) / (PI * (1.0 - squared.powf(1.0 - falloff)));
+            Lobe {
+                color,
+                fresnel,
+                roughness,
+                falloff,
+                scale: share * norm,
+            }
         };
         let lobes = [
             lobe((specular, fresnel), core_roughness, 1.0 - haze_share),

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use crate::error::read_error;
+use crate::error::entries;
 use crate::name::{is_second_form, name_by_extension};
 use crate::{FittedMaterial, NeuralBrdf, SourceError};
 
@@ -22,8 +22,7 @@ impl SkippedEntries {
     /// Lists the skipped entries of a directory.
     pub(super) fn scan(directory: &Path) -> Result<Self, SourceError> {
         let mut names = Vec::new();
-        for entry in directory.read_dir().map_err(read_error(directory))? {
-            let path = entry.map_err(read_error(directory))?.path();
+        for path in entries(directory)? {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             let lowercase = name.to_lowercase();
             let is_skipped = match path.is_dir() {

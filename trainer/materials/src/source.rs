@@ -1,19 +1,18 @@
 //! A source of materials: a directory, a file, or the built-in procedural set.
 
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use rayon::prelude::*;
 
-use crate::error::{MAX_PROCEDURAL, SourceError, read_error};
+use crate::error::{MAX_PROCEDURAL, SourceError, entries, read_error};
 use crate::format::Format;
 use crate::name::{is_second_form, name_by_extension};
 use crate::skipped_entries::SkippedEntries;
 use crate::{
-    FittedMaterial, Material, MerlTable, NeuralBrdf, Procedural, RglMeasurement, pab, ssdd,
+    FittedMaterial, Material, MerlTable, NeuralBrdf, PabSet, Procedural, RglMeasurement, pab, ssdd,
 };
 
 /// A source of materials, as written on the command line:
@@ -183,7 +182,7 @@ fn read(path: &Path) -> Result<Box<dyn Material>, SourceError> {
         Format::Nbrdf => Box::new(NeuralBrdf::read(path)?),
         Format::Merl => Box::new(MerlTable::read(path)?),
         Format::Rgl | Format::RglSpectra => Box::new(RglMeasurement::read(path)?),
-        Format::Pab => pab::read_pab(path)?,
+        Format::Pab => PabSet::read(path)?.resampled(path)?,
         Format::OpenMaterial => pab::read_open_material(path)?,
         Format::Ssdd => Box::new(ssdd::read(path)?),
     })
@@ -192,8 +191,7 @@ fn read(path: &Path) -> Result<Box<dyn Material>, SourceError> {
 /// Returns one file for each material in a directory, sorted by the materials' names.
 fn list(directory: &Path) -> Result<Vec<PathBuf>, SourceError> {
     let mut files: Vec<PathBuf> = FittedMaterial::find_in(directory).into_iter().collect();
-    for entry in directory.read_dir().map_err(read_error(directory))? {
-        let path = entry.map_err(read_error(directory))?.path();
+    for path in entries(directory)? {
         if path.is_file() && !FittedMaterial::is_json_file(&path) && !is_second_form(&path) {
             files.push(path);
         } else if path.is_dir() {
@@ -216,18 +214,13 @@ fn list(directory: &Path) -> Result<Vec<PathBuf>, SourceError> {
         } else {
             continue;
         };
-        match by_name.entry(name) {
-            Entry::Vacant(entry) => {
-                entry.insert(file);
-            }
-            Entry::Occupied(entry) if *entry.get() == file => {}
-            Entry::Occupied(entry) => {
-                return Err(SourceError::DuplicateName {
-                    name: entry.key().clone(),
-                    first: entry.get().clone(),
-                    second: file,
-                });
-            }
+        let earlier = by_name.insert(name.clone(), file.clone());
+        if let Some(first) = earlier.filter(|first| *first != file) {
+            return Err(SourceError::DuplicateName {
+                name,
+                first,
+                second: file,
+            });
         }
     }
     match by_name.is_empty() {

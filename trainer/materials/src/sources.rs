@@ -191,24 +191,17 @@ impl Sources {
                 }
             }
         }
-        let counts: Vec<usize> = lists.iter().map(Vec::len).collect();
-        let source_shares = self.source_shares(&counts);
+        let total: usize = lists.iter().map(Vec::len).sum();
+        let indexed = self.sources.iter().zip(&lists).enumerate();
+        let source_shares = indexed.map(|(index, (source, list))| SourceShare {
+            share: match &self.shares {
+                Some(shares) => shares[index],
+                None => list.len() as f32 / total as f32,
+            },
+            ..SourceShare::single(source, list.len())
+        });
+        let source_shares = source_shares.collect();
         Ok((lists.into_iter().flatten().collect(), source_shares))
-    }
-
-    /// Returns the share of each source. `counts` are the numbers of materials.
-    fn source_shares(&self, counts: &[usize]) -> Vec<SourceShare> {
-        let total: usize = counts.iter().sum();
-        let indexed = self.sources.iter().zip(counts).enumerate();
-        indexed
-            .map(|(index, (source, count))| SourceShare {
-                share: match &self.shares {
-                    Some(shares) => shares[index],
-                    None => *count as f32 / total as f32,
-                },
-                ..SourceShare::single(source, *count)
-            })
-            .collect()
     }
 }
 

@@ -1,6 +1,7 @@
 //! Colors of spectra, by the CIE's standard observers and illuminants.
 
-use crate::color::FROM_XYZ;
+use crate::color::{FROM_XYZ, IDENTITY, product};
+use crate::interpolation::Position;
 
 /// A standard illuminant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -139,10 +140,7 @@ impl Viewing {
     /// Returns the weights of the values of a spectrum in X, Y and Z, each relative to that of a white spectrum.
     #[must_use]
     pub fn xyz_weights(self, wavelengths: &[f32]) -> Vec<[f64; 3]> {
-        self.weights(
-            wavelengths,
-            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-        )
+        self.weights(wavelengths, IDENTITY)
     }
 
     /// Returns the weights of the values of a spectrum in three channels, with a sum of 1 each. `wavelengths` are its nodes in
@@ -157,17 +155,11 @@ impl Viewing {
         for step in 0..=steps {
             let wavelength = FIRST + STEP * step as f64;
             let (xyz, light) = self.at(wavelength);
-            let after = wavelengths.partition_point(|node| f64::from(*node) <= wavelength);
-            let [low, high] = [after.saturating_sub(1), after.min(wavelengths.len() - 1)];
-            let [from, to] = [low, high].map(|node| f64::from(wavelengths[node]));
-            let share = match to > from {
-                true => ((wavelength - from) / (to - from)).clamp(0.0, 1.0),
-                false => 0.0,
-            };
-            for (channel, row) in from_xyz.iter().enumerate() {
-                let value: f64 = row.iter().zip(xyz).map(|(entry, xyz)| entry * xyz).sum();
-                weights[low][channel] += (1.0 - share) * light * value;
-                weights[high][channel] += share * light * value;
+            let nodes = Position::new(wavelength, wavelengths).weights();
+            for (channel, value) in product(&from_xyz, xyz).into_iter().enumerate() {
+                for (node, share) in nodes {
+                    weights[node][channel] += share * light * value;
+                }
             }
         }
         for channel in 0..3 {
@@ -208,13 +200,11 @@ mod tests {
     fn primaries_have_pure_colors_and_add_up_to_white() {
         let weights = Viewing::default().rgb_weights(&WAVELENGTHS);
         for primary in 0..3 {
+            let values = PRIMARIES.iter().map(|values| f64::from(values[primary]));
+            let sums = weighted_sums(values, &weights);
             for channel in 0..3 {
-                let terms = weights.iter().zip(&PRIMARIES);
-                let sum: f64 = terms
-                    .map(|(weight, values)| weight[channel] * f64::from(values[primary]))
-                    .sum();
-                let expected = if primary == channel { 1.0 } else { 0.0 };
-                assert!((sum - expected).abs() < 2e-3, "{primary} {channel}: {sum}");
+                let error = sums[channel] - IDENTITY[primary][channel];
+                assert!(error.abs() < 2e-3, "{primary} {channel}: {error}");
             }
         }
         for values in PRIMARIES {

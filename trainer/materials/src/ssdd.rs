@@ -9,11 +9,12 @@ use std::path::Path;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use rayon::prelude::*;
 
-use crate::color::FROM_XYZ;
-use crate::error::{Defect, ensure, read_error};
+use crate::color::{FROM_XYZ, IDENTITY};
+use crate::error::{CONVERT, Defect, ensure, read_text};
+use crate::interpolation::corners;
 use crate::name::name_of;
 use crate::spectrum::{Viewing, weighted_sums};
-use crate::untrusted::{escaped, read_at_most};
+use crate::untrusted::escaped;
 use crate::{Brdf, MerlTable, NotFinite, SourceError, table_nodes};
 
 /// The start of a file.
@@ -63,14 +64,8 @@ pub fn to_ssdd(
         env!("CARGO_PKG_VERSION")
     );
     let at: Vec<HalfDifference<f32>> = nodes(&axes).map(above_horizon).collect();
-    let columns = groups.par_iter().map(|group| {
-        let mut brdf = vec![[0.0; 3]; at.len()];
-        group.evaluate(&at, &mut brdf);
-        let mut pairs = at.iter().zip(&brdf);
-        pairs.try_for_each(|(at, rgb)| NotFinite::check(crate::angles_of(at), *rgb))?;
-        Ok(brdf)
-    });
-    let columns: Vec<Vec<[f32; 3]>> = columns.collect::<Result<_, NotFinite>>()?;
+    let columns = groups.par_iter().map(|group| group.finite_values_at(&at));
+    let columns: Vec<Vec<[f32; 3]>> = columns.collect::<Result<_, _>>()?;
     let count = if wavelengths.is_empty() {
         3
     } else {
@@ -127,11 +122,8 @@ fn above_horizon(mut angles: Angles<f32>) -> HalfDifference<f32> {
 /// # Errors
 /// If the file cannot be read, is damaged, or is not an isotropic BRDF in half-difference coordinates and text.
 pub(crate) fn read(path: &Path) -> Result<MerlTable, SourceError> {
-    let bytes = read_at_most(path, MAX_BYTES).map_err(read_error(path))?;
-    let name = name_of(path)?;
-    let text =
-        String::from_utf8(bytes).map_err(|_| Defect::in_file(path)("it is not UTF-8 text"))?;
-    parse(name, &text).map_err(Defect::in_file(path))
+    let text = read_text(path, MAX_BYTES)?;
+    parse(name_of(path)?, &text).map_err(Defect::in_file(path))
 }
 
 fn parse(name: String, text: &str) -> Result<MerlTable, Defect> {
@@ -153,10 +145,13 @@ fn parse(name: String, text: &str) -> Result<MerlTable, Defect> {
         ("PARAM1_LIST", ""),
     ] {
         if value(key) != supported {
-            return Err(Defect::Unsupported(format!(
-                "its {key} is `{}`, and only isotropic BRDFs in half-difference coordinates with DATA ascii are supported",
-                escaped(value(key))
-            )));
+            return Err(Defect::Unsupported(
+                format!(
+                    "its {key} is `{}`, and only isotropic BRDFs in half-difference coordinates with DATA ascii are supported",
+                    escaped(value(key))
+                ),
+                CONVERT,
+            ));
         }
     }
     let numbers = |line: &str| -> Result<Vec<f32>, Defect> {
@@ -179,7 +174,7 @@ fn parse(name: String, text: &str) -> Result<MerlTable, Defect> {
     ];
     let weights = match value("COLOR_MODEL") {
         "monochrome" => vec![[1.0; 3]],
-        "rgb" => vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        "rgb" => IDENTITY.to_vec(),
         "xyz" => [0, 1, 2]
             .map(|column| FROM_XYZ.map(|row| row[column]))
             .to_vec(),
@@ -227,31 +222,13 @@ fn parse(name: String, text: &str) -> Result<MerlTable, Defect> {
 
 /// Interpolates linearly between nodes, and takes the nearest ones outside of them.
 fn interpolate(axes: &[Vec<f32>; 3], values: &[[f32; 3]], angles: [f32; 3]) -> [f32; 3] {
-    let cells = [0, 1, 2].map(|axis| {
-        let (nodes, angle) = (&axes[axis], angles[axis]);
-        let high = nodes
-            .partition_point(|node| *node <= angle)
-            .min(nodes.len() - 1);
-        let low = high.saturating_sub(1);
-        let width = nodes[high] - nodes[low];
-        let share = match width > 0.0 {
-            true => ((angle - nodes[low]) / width).clamp(0.0, 1.0),
-            false => 0.0,
-        };
-        [(low, 1.0 - share), (high, share)]
-    });
     let [size_h, size_d, _] = axes.each_ref().map(Vec::len);
     let mut sum = [0.0; 3];
-    for (p, phi) in cells[2] {
-        for (d, theta_d) in cells[1] {
-            for (h, theta_h) in cells[0] {
-                let value = values[h + size_h * (d + size_d * p)];
-                let weight = phi * theta_d * theta_h;
-                sum.iter_mut()
-                    .zip(value)
-                    .for_each(|(sum, value)| *sum += weight * value);
-            }
+    for ([h, d, p], weight) in corners(angles.map(f64::from), axes) {
+        let value = values[h + size_h * (d + size_d * p)];
+        for (sum, value) in sum.iter_mut().zip(value) {
+            *sum += weight * f64::from(value);
         }
     }
-    sum
+    sum.map(|sum| sum as f32)
 }

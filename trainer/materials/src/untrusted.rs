@@ -28,6 +28,13 @@ pub fn read_at_most(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
     }
 }
 
+/// Reads up to `max_bytes` bytes at the start of a file.
+pub(crate) fn read_head(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    File::open(path)?.take(max_bytes).read_to_end(&mut head)?;
+    Ok(head)
+}
+
 fn too_long(bytes: &str, max_bytes: u64) -> io::Error {
     let message = format!(
         "it has {bytes} bytes, and at most {max_bytes} are valid here; check that it is the right file"

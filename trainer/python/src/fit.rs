@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_materials::{FittedMaterial, Material, Spectrum};
+use glimpse_materials::{FittedMaterial, Material};
 use glimpse_trainer::measurement::{
     ChosenRecipe, Fit, Measurements, NamedRecipe, ReadingStatus, Selection, fit, material_files,
 };
@@ -186,7 +186,7 @@ impl PyFittedMaterial {
     /// The wavelengths of the bands in nm, float32 of shape (b,), or None if the readings were in RGB.
     #[getter]
     fn wavelengths<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f32>>>> {
-        let bands = self.material().bands();
+        let bands = self.material().spectrum();
         let wavelengths = bands.map(|bands| bands.wavelengths().to_vec());
         let array = wavelengths.map(|each| array(py, &[each.len()], each));
         array.transpose()
@@ -202,7 +202,7 @@ impl PyFittedMaterial {
         incoming: &Bound<'py, PyAny>,
         outgoing: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
-        let Some(bands) = self.material().bands() else {
+        let Some(bands) = self.material().spectrum() else {
             return reject("the readings were in RGB: pass wavelengths to fit");
         };
         let pairs = Pairs::from_arrays(incoming, outgoing)?;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::NeuralParameters;
 use glimpse_materials::{
-    self, Coverage, Format, Material, MerlTable, PhysicalErrors, Source, SourceError, Spectrum,
+    self, Bands, Brdf, Coverage, Format, Material, MerlTable, PhysicalErrors, Source, SourceError,
     digest, directional_albedo, table_nodes,
 };
 use glimpse_trainer::conversion::{OutputFormat, encode, file_name, output_paths};
@@ -108,8 +108,7 @@ impl PyMaterial {
                 .iter()
                 .map(|(_, angles)| HalfDifference::from_angles(*angles))
                 .collect();
-            let mut brdf = vec![[0.0; 3]; directions.len()];
-            self.material.brdf_batch(&directions, &mut brdf);
+            let brdf = self.material.values_at(&directions);
             for ((index, _), brdf) in above.into_iter().zip(brdf) {
                 values[index] = brdf;
             }
@@ -466,7 +465,7 @@ impl Material for Shared {
     fn network(&self) -> Option<NeuralParameters<f32>> {
         self.0.network()
     }
-    fn spectrum(&self) -> Option<&dyn Spectrum> {
+    fn spectrum(&self) -> Option<&Bands> {
         self.0.spectrum()
     }
     fn brdf_batch(&self, directions: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {

@@ -240,8 +240,7 @@ fn mean(
 
 impl Reference {
     fn new(material: &dyn Material, at: &[HalfDifference<f32>]) -> Self {
-        let mut values = vec![[0.0; 3]; at.len()];
-        material.brdf_batch(at, &mut values);
+        let values = material.values_at(at);
         let sphere = render_sphere(material, SPHERE_SIZE).tone_map();
         Self { values, sphere }
     }

@@ -44,11 +44,9 @@ pub struct Lobe {
 /// times the cosine). Angles are positive on the side opposite the light, so a mirror peaks at `theta_i`.
 pub fn lobe(brdf: &(impl Brdf + ?Sized), theta_i: f32) -> Vec<[f32; 2]> {
     let (angles, half_differences) = lobe_directions(theta_i);
-    let mut values = vec![[0.0; 3]; half_differences.len()];
-    brdf.evaluate(&half_differences, &mut values);
     angles
         .into_iter()
-        .zip(values)
+        .zip(brdf.values_at(&half_differences))
         .map(|(angle, value)| [angle, luminance(value)])
         .collect()
 }

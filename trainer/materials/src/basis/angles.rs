@@ -19,6 +19,20 @@ pub fn angles_of(at: &HalfDifference<f32>) -> Angles<f32> {
     }
 }
 
+/// Splits numbers into finite values and their derivatives, in f32.
+pub(crate) fn split_duals(duals: [AngleDual; 3]) -> ([f32; 3], [[f32; 3]; 3]) {
+    let (values, derivatives) = AngleDual::split(duals);
+    (
+        values.map(finite_f32),
+        derivatives.map(|channel| channel.map(finite_f32)),
+    )
+}
+
+/// Converts to f32. Finite numbers remain finite.
+pub(crate) fn finite_f32(value: f64) -> f32 {
+    (value as f32).clamp(f32::MIN, f32::MAX)
+}
+
 /// Converts angles to f64.
 #[must_use]
 pub fn angles_to_f64(angles: &Angles<f32>) -> Angles<f64> {

@@ -6,6 +6,8 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 
 use glimpse_kernels::dual::RealScalar;
 
+use crate::interpolation::products;
+
 /// The number of nodes along theta_h (denser towards 0, as in MERL tables), theta_d, and phi_d (with period pi).
 const NODES: [usize; 3] = [72, 46, 36];
 
@@ -13,14 +15,8 @@ const NODES: [usize; 3] = [72, 46, 36];
 #[derive(Clone, Copy, Debug)]
 pub struct Grid;
 
-/// A node and its weight in an interpolation.
-#[derive(Clone, Copy, Debug)]
-pub struct Corner<S> {
-    /// The index of the node.
-    pub node: usize,
-    /// The weight of the node, which may have derivatives.
-    pub weight: S,
-}
+/// The index of a node, and its weight in an interpolation, which may have derivatives.
+pub type Corner<S> = (usize, S);
 
 impl Grid {
     /// The number of nodes.
@@ -75,13 +71,6 @@ impl Grid {
         let h = neighbors(0, angles.theta_h, last_node(0) * root, derivative_h);
         let d = neighbors(1, angles.theta_d, position_d, last_node(1) / FRAC_PI_2);
         let p = neighbors(2, angles.phi_d, position_p, NODES[2] as f64 / PI);
-        std::array::from_fn(|index| {
-            let ((h, weight_h), (d, weight_d), (p, weight_p)) =
-                (h[index / 4], d[index / 2 % 2], p[index % 2]);
-            Corner {
-                node: (h * NODES[1] + d) * NODES[2] + p,
-                weight: weight_h * weight_d * weight_p,
-            }
-        })
+        products([h, d, p]).map(|([h, d, p], weight)| ((h * NODES[1] + d) * NODES[2] + p, weight))
     }
 }

@@ -10,6 +10,7 @@ mod nodes;
 mod table;
 
 pub use angles::{AngleDual, angles_of, angles_to_f64};
+pub(crate) use angles::{finite_f32, split_duals};
 pub use grid::{Corner, Grid};
 pub use table::{
     Basis, BasisError, BasisValues, CoefficientCountError, Coefficients, NODE_HEADER,

@@ -28,10 +28,9 @@ impl Nodes {
                     theta_d: angles.theta_d as f32,
                     phi_d: angles.phi_d as f32,
                 });
-                nodes.corners(&at).map(|corner| Corner {
-                    node: corner.node,
-                    weight: f64::from(corner.weight),
-                })
+                nodes
+                    .corners(&at)
+                    .map(|corner| (corner.node, f64::from(corner.weight)))
             }
         }
     }
@@ -44,11 +43,10 @@ impl Nodes {
         if self == Self::Whole {
             return Grid::corners(variables).to_vec();
         }
-        let values = self.corners(angles).map(|corner| Corner {
-            node: corner.node,
-            weight: AngleDual::from_value(corner.weight),
-        });
-        let mut corners = values.to_vec();
+        let values = self.corners(angles);
+        let mut corners = values
+            .map(|(node, weight)| (node, AngleDual::from_value(weight)))
+            .to_vec();
         for axis in 0..3 {
             for sign in [-1.0, 1.0] {
                 let step = |angle: AngleDual| angle.value + angle.tangent[axis] * sign * 0.5 * STEP;
@@ -57,13 +55,10 @@ impl Nodes {
                     theta_d: step(variables.theta_d),
                     phi_d: step(variables.phi_d),
                 };
-                corners.extend(self.corners(moved).map(|corner| {
+                corners.extend(self.corners(moved).map(|(node, value)| {
                     let mut weight = AngleDual::from_value(0.0);
-                    weight.tangent[axis] = sign * corner.weight / STEP;
-                    Corner {
-                        node: corner.node,
-                        weight,
-                    }
+                    weight.tangent[axis] = sign * value / STEP;
+                    (node, weight)
                 }));
             }
         }

@@ -9,10 +9,11 @@ use std::path::{Path, PathBuf};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::format::MAGIC as COMPACT_MAGIC;
 use glimpse_core::model::linear::{self, Basis as CompactBasis, EPSILON, unmap};
+use glimpse_core::numeric::Scalar;
 use rayon::prelude::*;
 
 use super::angles::{AngleDual, angles_to_f64};
-use super::grid::Grid;
+use super::grid::{Corner, Grid};
 use super::nodes::Nodes;
 use crate::untrusted::read_at_most;
 
@@ -170,10 +171,10 @@ impl Basis {
     #[must_use]
     pub fn look_up(&self, angles: Angles<f64>) -> BasisValues {
         let mut sums = vec![[0.0_f64; 4]; NODE_HEADER + self.components];
-        for corner in self.nodes().corners_with_derivatives(angles) {
-            let [h, d, p] = corner.weight.tangent;
-            let weights = [corner.weight.value, h, d, p];
-            for (sum, value) in sums.iter_mut().zip(self.row(corner.node)) {
+        for (node, weight) in self.nodes().corners_with_derivatives(angles) {
+            let [h, d, p] = weight.tangent;
+            let weights = [weight.value, h, d, p];
+            for (sum, value) in sums.iter_mut().zip(self.row(node)) {
                 for (sum, weight) in sum.iter_mut().zip(weights) {
                     *sum += weight * f64::from(*value);
                 }
@@ -404,14 +405,7 @@ impl Reconstruction {
     /// cos(theta_o).
     #[must_use]
     pub fn brdf(&self, angles: &Angles<f32>, weight: f64) -> [f32; 3] {
-        let mut mapped = [0.0; 3];
-        let mut log_median = 0.0;
-        for corner in self.nodes.corners(angles_to_f64(angles)) {
-            log_median += corner.weight * f64::from(self.log_medians[corner.node]);
-            for (sum, value) in mapped.iter_mut().zip(self.table[corner.node]) {
-                *sum += corner.weight * f64::from(value);
-            }
-        }
+        let (mapped, log_median) = self.interpolate(self.nodes.corners(angles_to_f64(angles)));
         mapped.map(|mapped| unmap(mapped + log_median - EPSILON.ln(), weight) as f32)
     }
 
@@ -420,18 +414,23 @@ impl Reconstruction {
     #[must_use]
     pub fn brdf_with_derivative(&self, angles: &Angles<f32>) -> [AngleDual; 3] {
         let angles = angles_to_f64(angles);
-        let mut mapped = [AngleDual::from_value(0.0); 3];
-        let mut log_median = AngleDual::from_value(0.0);
-        for corner in self.nodes.corners_with_derivatives(angles) {
-            let weighted = |value: f32| corner.weight * AngleDual::from_value(f64::from(value));
-            log_median = log_median + weighted(self.log_medians[corner.node]);
-            for (sum, value) in mapped.iter_mut().zip(self.table[corner.node]) {
-                *sum = *sum + weighted(value);
-            }
-        }
+        let (mapped, log_median) = self.interpolate(self.nodes.corners_with_derivatives(angles));
         let at = HalfDifference::from_angles(AngleDual::variables(angles));
         let weight = at.cos_theta_i() * at.cos_theta_o();
         let center = log_median - AngleDual::from_value(EPSILON.ln());
         mapped.map(|mapped| unmap(mapped + center, weight))
+    }
+
+    /// Interpolates the mapped values and ln(median w + e) between nodes.
+    fn interpolate<S: Scalar>(&self, corners: impl IntoIterator<Item = Corner<S>>) -> ([S; 3], S) {
+        let (mut mapped, mut log_median) = ([S::constant(0.0); 3], S::constant(0.0));
+        for (node, weight) in corners {
+            let weighted = |value: f32| weight * S::constant(f64::from(value));
+            log_median = log_median + weighted(self.log_medians[node]);
+            for (sum, value) in mapped.iter_mut().zip(self.table[node]) {
+                *sum = *sum + weighted(value);
+            }
+        }
+        (mapped, log_median)
     }
 }

@@ -62,9 +62,7 @@ fn sum_of_errors(at: &[HalfDifference<f32>], reference: &[[f32; 3]], fitted: &[[
 #[must_use]
 pub fn loss_between(brdf: &(impl Brdf + ?Sized), material: &dyn Material) -> f64 {
     let at = loss_directions();
-    let mut values = vec![[0.0; 3]; at.len()];
-    material.brdf_batch(&at, &mut values);
-    mean_log_error(brdf, &at, &values)
+    mean_log_error(brdf, &at, &material.values_at(&at))
 }
 
 /// Returns [`directions`] as half and difference vectors.

@@ -3,8 +3,8 @@
 //! Two forms are converted when read: tables in single precision (f32), and tables of 360 nodes of phi_d, whose second half must
 //! equal the first one.
 
-use super::grid::{HEADER_BYTES, NODES, node_theta_h};
-use crate::error::{Defect, index_of};
+use super::grid::{AXES, HEADER_BYTES, NODES};
+use crate::error::{CONVERT, Defect, index_of};
 
 /// The number of nodes of phi_d in a table of all azimuths.
 const ALL_AZIMUTHS: usize = 2 * NODES[2];
@@ -32,7 +32,7 @@ pub(super) struct Form {
 impl Form {
     pub(super) const STANDARD: Self = Self {
         phi_nodes: NODES[2],
-        width: size_of::<f64>(),
+        width: 8,
     };
 
     /// Finds the form by the header and the length.
@@ -43,25 +43,21 @@ impl Form {
         let Some(phi_nodes) = phi_nodes(header) else {
             let words = header.as_chunks().0.iter().copied();
             let dimensions: Vec<i32> = words.map(i32::from_le_bytes).collect();
-            return Err(Defect::Unsupported(format!(
-                "its header has the dimensions {dimensions:?}, and only isotropic MERL tables of {NODES:?} are supported"
-            )));
+            return Err(Defect::Unsupported(
+                format!(
+                    "its header has the dimensions {dimensions:?}, and only isotropic MERL tables of {NODES:?} are supported"
+                ),
+                CONVERT,
+            ));
         };
-        let expected = [size_of::<f64>(), size_of::<f32>()].map(|width| {
-            (
-                HEADER_BYTES + 3 * NODES[0] * NODES[1] * phi_nodes * width,
-                width,
-            )
-        });
         let length = bytes.len();
-        match expected.iter().find(|(expected, _)| *expected == length) {
-            Some((_, width)) => Ok(Self {
-                phi_nodes,
-                width: *width,
-            }),
+        let expected = |width: usize| HEADER_BYTES + 3 * NODES[0] * NODES[1] * phi_nodes * width;
+        match [8, 4].into_iter().find(|width| expected(*width) == length) {
+            Some(width) => Ok(Self { phi_nodes, width }),
             None => Err(format!(
                 "it has {length} bytes, and a MERL table has {}, or {} in single precision",
-                expected[0].0, expected[1].0
+                expected(8),
+                expected(4)
             )
             .into()),
         }
@@ -72,13 +68,10 @@ impl Form {
         let header = NODES.map(|nodes| (nodes as i32).to_le_bytes());
         standard[..HEADER_BYTES].copy_from_slice(header.as_flattened());
         let (converted, _) = standard[HEADER_BYTES..].as_chunks_mut();
-        let (doubles, singles) = (
-            bytes[HEADER_BYTES..].as_chunks().0,
-            bytes[HEADER_BYTES..].as_chunks().0,
-        );
+        let values = &bytes[HEADER_BYTES..];
         let value = |index: usize| match self.width {
-            4 => f64::from(f32::from_le_bytes(singles[index])),
-            _ => f64::from_le_bytes(doubles[index]),
+            4 => f64::from(f32::from_le_bytes(values.as_chunks().0[index])),
+            _ => f64::from_le_bytes(values.as_chunks().0[index]),
         };
         for (position, converted) in converted.iter_mut().enumerate() {
             let index = position / NODES[2] * self.phi_nodes + position % NODES[2];
@@ -87,7 +80,7 @@ impl Form {
                 let second = value(index + NODES[2]);
                 let tolerance = HALVES_TOLERANCE * first.abs().max(second.abs());
                 if !(first < 0.0 && second < 0.0 || (first - second).abs() <= tolerance) {
-                    return Err(Defect::OtherForm(
+                    return Err(Defect::Unsupported(
                         format!(
                             "its value of {} is {first:e}, and {second:e} at the opposite phi_d",
                             place(position)
@@ -108,7 +101,7 @@ fn place(position: usize) -> String {
     format!(
         "{} at theta_h {:.3}, theta_d {} and phi_d {} degrees",
         CHANNELS[index[0]],
-        node_theta_h(index[1]).to_degrees(),
+        AXES[0][index[1]].to_degrees(),
         index[2],
         index[3]
     )
@@ -117,16 +110,15 @@ fn place(position: usize) -> String {
 /// Checks the values of a file in the standard form.
 pub(super) fn check(bytes: &[u8]) -> Result<(), Defect> {
     let (values, _) = bytes[HEADER_BYTES..].as_chunks();
-    let number = |bytes: &[u8; 8]| f64::from_le_bytes(*bytes);
+    let mut values = values.iter().copied().map(f64::from_le_bytes).enumerate();
     // The comparison is false for NaN.
     let is_in_range = |value: f64| value.abs() <= f64::from(f32::MAX);
-    if let Some(position) = values.iter().position(|bytes| !is_in_range(number(bytes))) {
-        let value = number(&values[position]);
-        return Err(format!(
+    match values.find(|(_, value)| !is_in_range(*value)) {
+        None => Ok(()),
+        Some((position, value)) => Err(format!(
             "its value of {} is {value:e}, not finite as a 32-bit float",
             place(position)
         )
-        .into());
+        .into()),
     }
-    Ok(())
 }

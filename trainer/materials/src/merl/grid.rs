@@ -18,25 +18,28 @@ pub(super) const MAX_UNMEASURED: f64 = 0.5;
 /// The steps between the indices of neighboring nodes along theta_h, theta_d and phi_d.
 const STRIDES: [usize; 3] = [NODES[1] * NODES[2], NODES[2], 1];
 
+/// theta_h, theta_d and phi_d at each node, in radians. phi_d is periodic: its additional last node is the first one.
+pub(super) static AXES: LazyLock<[Vec<f64>; 3]> = LazyLock::new(|| {
+    let root = |k: usize| k as f64 / NODES[0] as f64;
+    let whole_degree = |k: usize| (k as f64).to_radians();
+    [
+        (0..NODES[0])
+            .map(|k| FRAC_PI_2 * root(k) * root(k))
+            .collect(),
+        (0..NODES[1]).map(whole_degree).collect(),
+        (0..=NODES[2]).map(whole_degree).collect(),
+    ]
+});
+
 /// Returns the angles of a node, in radians.
 pub(super) fn node_angles(index: usize) -> Angles<f32> {
     let [_, count_d, count_phi] = NODES;
+    let [theta_h, theta_d, phi_d] = &*AXES;
     Angles {
-        theta_h: node_theta_h(index / count_phi / count_d) as f32,
-        theta_d: whole_degree(index / count_phi % count_d) as f32,
-        phi_d: whole_degree(index % count_phi) as f32,
+        theta_h: theta_h[index / count_phi / count_d] as f32,
+        theta_d: theta_d[index / count_phi % count_d] as f32,
+        phi_d: phi_d[index % count_phi] as f32,
     }
-}
-
-/// Returns theta_h at node `k`, in radians.
-pub(super) fn node_theta_h(k: usize) -> f64 {
-    let root = k as f64 / NODES[0] as f64;
-    FRAC_PI_2 * root * root
-}
-
-/// Returns theta_d or phi_d at node `k`, which is `k` degrees, in radians.
-pub(super) fn whole_degree(k: usize) -> f64 {
-    (k as f64).to_radians()
 }
 
 /// True for each node at which both directions are above the horizon.
@@ -82,10 +85,6 @@ impl Unmeasured {
     /// Returns the share of these nodes among those above the horizon.
     pub(super) fn share(&self) -> f64 {
         self.0.len() as f64 / nodes_above_horizon().count() as f64
-    }
-
-    pub(super) fn is_empty(&self) -> bool {
-        self.0.is_empty()
     }
 
     /// Fills the nodes. Those without a measured neighbor follow after their neighbors.

@@ -13,20 +13,19 @@ mod nodes;
 
 pub use nodes::{TabulateError, table_nodes, to_merl};
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 use std::io;
 use std::path::Path;
 
 use glimpse_core::geometry::Angles;
-use glimpse_core::numeric::Scalar;
-use glimpse_kernels::Dual;
+use glimpse_kernels::dual::RealScalar;
 use memmap2::{Mmap, MmapMut};
 
 use self::form::{Form, check, phi_nodes};
-use self::grid::{
-    FILE_BYTES, MAX_UNMEASURED, NODES, Unmeasured, measured_values, node_theta_h, whole_degree,
-};
+use self::grid::{AXES, FILE_BYTES, MAX_UNMEASURED, NODES, Unmeasured, measured_values};
+use crate::basis::{AngleDual, split_duals};
 use crate::error::{Defect, read_error};
+use crate::interpolation::corners;
 use crate::mapped::map_file;
 use crate::name::name_of;
 use crate::{Coverage, Material, SourceError};
@@ -83,7 +82,7 @@ impl MerlTable {
     /// Creates a table and fills its unmeasured nodes, in memory only.
     fn filled(name: String, mut bytes: Mmap, unmeasured: Unmeasured) -> io::Result<Self> {
         let filled = unmeasured.share();
-        if !unmeasured.is_empty() {
+        if filled > 0.0 {
             let mut writable = bytes.make_mut()?;
             unmeasured.fill(&mut writable);
             bytes = writable.make_read_only()?;
@@ -101,25 +100,20 @@ impl MerlTable {
         phi_nodes(bytes).is_some()
     }
 
-    /// Interpolates the BRDF at `angles`, which lie in `cells`. The scalar type may have derivatives.
-    fn interpolate<S: Scalar>(&self, cells: &[Cell; 3], angles: Angles<S>) -> [S; 3] {
-        let [cell_h, cell_d, cell_phi] = cells;
+    /// Interpolates the BRDF at angles. The scalar type may have derivatives.
+    fn interpolate<S: RealScalar>(&self, angles: Angles<S>) -> [S; 3] {
         let zero = S::constant(0.0);
         let mut sums = [zero; 3];
         let mut total = zero;
-        for (h, weight_h) in cell_h.weights(angles.theta_h) {
-            for (d, weight_d) in cell_d.weights(angles.theta_d) {
-                for (phi, weight_phi) in cell_phi.weights(angles.phi_d) {
-                    let index = phi + NODES[2] * (d + NODES[1] * h);
-                    let weight = weight_h * weight_d * weight_phi;
-                    let Some(values) = measured_values(&self.bytes, index) else {
-                        continue;
-                    };
-                    total = total + weight;
-                    for ((sum, value), scale) in sums.iter_mut().zip(values).zip(SCALE) {
-                        *sum = *sum + weight * S::constant(value * scale);
-                    }
-                }
+        let point = [angles.theta_h, angles.theta_d, angles.phi_d];
+        for ([h, d, phi], weight) in corners(point, &AXES) {
+            let index = phi % NODES[2] + NODES[2] * (d + NODES[1] * h);
+            let Some(values) = measured_values(&self.bytes, index) else {
+                continue;
+            };
+            total = total + weight;
+            for ((sum, value), scale) in sums.iter_mut().zip(values).zip(SCALE) {
+                *sum = *sum + weight * S::constant(value * scale);
             }
         }
         sums.map(|sum| {
@@ -135,18 +129,11 @@ impl Material for MerlTable {
     }
 
     fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
-        let angles = table_angles(angles);
-        self.interpolate(&cells(angles), angles).map(|f| f as f32)
+        self.interpolate(table_angles(angles)).map(|f| f as f32)
     }
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        let angles = table_angles(angles);
-        let duals = self.interpolate(&cells(angles), Dual::<f64, 3>::variables(angles));
-        let (brdf, derivative) = Dual::split(duals);
-        (
-            brdf.map(|f| f as f32),
-            derivative.map(|channel| channel.map(|value| value as f32)),
-        )
+        split_duals(self.interpolate(AngleDual::variables(table_angles(angles))))
     }
 
     fn coverage(&self) -> Coverage {
@@ -165,78 +152,5 @@ fn table_angles(angles: Angles<f32>) -> Angles<f64> {
         theta_d: angles.theta_d.into(),
         // The remainder of a tiny negative angle is rounded to pi.
         phi_d: if phi_d < PI { phi_d } else { 0.0 },
-    }
-}
-
-/// The interval between two neighboring nodes of one angle.
-#[derive(Clone, Copy)]
-struct Cell {
-    nodes: [usize; 2],
-    /// The angles at the nodes, in radians.
-    ends: [f64; 2],
-}
-
-/// Returns the cell of each angle.
-fn cells(angles: Angles<f64>) -> [Cell; 3] {
-    let root = (angles.theta_h / FRAC_PI_2).sqrt();
-    let mut phi_d = Cell::around(
-        angles.phi_d,
-        angles.phi_d.to_degrees(),
-        NODES[2],
-        whole_degree,
-    );
-    // phi_d is periodic: the node after the last one is the first.
-    phi_d.nodes[1] %= NODES[2];
-    [
-        Cell::around(
-            angles.theta_h,
-            NODES[0] as f64 * root,
-            NODES[0] - 1,
-            node_theta_h,
-        ),
-        Cell::around(
-            angles.theta_d,
-            angles.theta_d.to_degrees(),
-            NODES[1] - 1,
-            whole_degree,
-        ),
-        phi_d,
-    ]
-}
-
-impl Cell {
-    /// Returns the cell of `angle`. Node k, from 0 to `last`, is at `node_angle(k)`. `position` is the position of
-    /// `angle` among the nodes, up to rounding.
-    fn around(angle: f64, position: f64, last: usize, node_angle: fn(usize) -> f64) -> Self {
-        let mut low = (position as usize).min(last);
-        if angle < node_angle(low) {
-            low = low.saturating_sub(1);
-        } else if low < last && angle >= node_angle(low + 1) {
-            low += 1;
-        }
-        // Beyond the ends, the cell has width 0 at the first or last node_angle.
-        let high = match angle >= node_angle(low) {
-            true => (low + 1).min(last),
-            false => low,
-        };
-        Self {
-            nodes: [low, high],
-            ends: [node_angle(low), node_angle(high)],
-        }
-    }
-
-    /// Returns the nodes, each with its weight at `angle`.
-    fn weights<S: Scalar>(&self, angle: S) -> [(usize, S); 2] {
-        let [low, high] = self.ends;
-        let (low_weight, high_weight) = if high > low {
-            let per_radian = S::constant(1.0 / (high - low));
-            (
-                (S::constant(high) - angle) * per_radian,
-                (angle - S::constant(low)) * per_radian,
-            )
-        } else {
-            (S::constant(1.0), S::constant(0.0))
-        };
-        [(self.nodes[0], low_weight), (self.nodes[1], high_weight)]
     }
 }

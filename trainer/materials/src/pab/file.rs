@@ -1,8 +1,7 @@
 //! One PAB-Opto file: a header, and values by outgoing direction.
 
-use super::product;
-use crate::color::FROM_XYZ;
-use crate::error::{Defect, ensure};
+use crate::color::{FROM_XYZ, product};
+use crate::error::{CONVERT, Defect, ensure};
 use crate::untrusted::escaped;
 
 /// The starts of header lines that identify the format.
@@ -80,9 +79,10 @@ impl Incidence {
         );
         let unsupported = |field: &str, value: &str, supported: &str| {
             let value = escaped(value);
-            Defect::Unsupported(format!(
-                "its {field} is {value}, and only {supported} are supported"
-            ))
+            Defect::Unsupported(
+                format!("its {field} is {value}, and only {supported} are supported"),
+                CONVERT,
+            )
         };
         let (mut colorimetry, mut times_cosine) = (Colorimetry::Y, None);
         let (mut theta_i, mut phi_i) = (None, None);

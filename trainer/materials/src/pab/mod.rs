@@ -14,16 +14,20 @@ pub(super) use file::has_signature;
 pub(super) use open_material::read_open_material;
 pub use open_material::to_open_material;
 pub use read::PabSet;
-pub(super) use read::read_pab;
 pub(super) use set_files::files_of;
 pub use write::{pab_suffixes, to_pab};
+
+use glimpse_core::geometry::{Directions, HalfDifference};
 
 /// The difference in degrees below which two angles count as equal.
 const ANGLE_TOLERANCE: f64 = 0.01;
 
-/// Returns the product of a matrix and a vector.
-fn product(matrix: &[[f64; 3]; 3], vector: [f64; 3]) -> [f64; 3] {
-    matrix.map(|row| row.iter().zip(vector).map(|(a, b)| a * b).sum())
+/// Returns the pair of a light at phi_i = 0 and a sensor, both above the horizon, with angles in degrees.
+fn pair(theta_i: f64, theta_o: f64, phi_o: f64) -> HalfDifference<f32> {
+    let [incoming, outgoing] = [direction(theta_i, 0.0), direction(theta_o, phi_o)]
+        .map(|direction| direction.map(|value| value as f32));
+    // Directions above the horizon are never opposite.
+    HalfDifference::from_directions(&Directions { incoming, outgoing }).unwrap_or_default()
 }
 
 /// Returns the unit vector with polar angle `theta` and azimuth `phi`, in degrees.

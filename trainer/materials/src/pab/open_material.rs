@@ -5,18 +5,18 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use glimpse_core::checksum::crc_32;
-use glimpse_core::geometry::{Directions, HalfDifference};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::direction;
 use super::file::Incidence;
+use super::pair;
 use super::read::PabSet;
 use super::write::{THETA_I, outgoing_angles};
-use crate::error::{Defect, read_error};
+use crate::color::product;
+use crate::error::{Defect, ensure, read_error};
 use crate::spectrum::{PRIMARIES, Viewing, WAVELENGTHS, weighted_sums};
 use crate::untrusted::{escaped_json_error, read_at_most};
-use crate::{Brdf, Material, NotFinite, SourceError, angles_of};
+use crate::{Brdf, Material, NotFinite, SourceError};
 
 /// The largest length of a file in bytes.
 const MAX_BYTES: u64 = 1 << 29;
@@ -65,29 +65,15 @@ pub fn to_open_material(
         outgoing.sort_by(|[a, b], [c, d]| a.total_cmp(c).then(b.total_cmp(d)));
         outgoing.dedup();
         let theta_i = radians(f64::from(*theta_i));
-        let at = outgoing.iter().map(|[theta, phi]| {
-            let directions = [[theta_i, 0.0], [*theta, *phi]];
-            let [incoming, outgoing] = directions.map(|[theta, phi]| {
-                direction(theta.to_degrees(), phi.to_degrees()).map(|x| x as f32)
-            });
-            // Both are above the horizon, so that they are never opposite.
-            HalfDifference::from_directions(&Directions { incoming, outgoing }).unwrap_or_default()
-        });
-        let at: Vec<HalfDifference<f32>> = at.collect();
+        let at = outgoing
+            .iter()
+            .map(|[theta, phi]| pair(theta_i.to_degrees(), theta.to_degrees(), phi.to_degrees()));
+        let at: Vec<_> = at.collect();
         let mut spectra = vec![Vec::new(); at.len()];
         for group in groups {
-            let mut brdf = vec![[0.0; 3]; at.len()];
-            group.evaluate(&at, &mut brdf);
-            for ((at, rgb), spectrum) in at.iter().zip(brdf).zip(&mut spectra) {
-                NotFinite::check(angles_of(at), rgb)?;
+            for (rgb, spectrum) in group.finite_values_at(&at)?.into_iter().zip(&mut spectra) {
                 match wavelengths {
-                    [] => spectrum.extend(PRIMARIES.map(|weights| {
-                        weights
-                            .iter()
-                            .zip(rgb)
-                            .map(|(weight, value)| weight * value)
-                            .sum::<f32>()
-                    })),
+                    [] => spectrum.extend(product(&PRIMARIES, rgb)),
                     _ => spectrum.extend(rgb),
                 }
             }
@@ -95,28 +81,20 @@ pub fn to_open_material(
         Ok((theta_i, outgoing, spectra))
     });
     let slices: Vec<_> = slices.collect::<Result<_, NotFinite>>()?;
+    let meters = nm.iter().map(|nm| rounded(f64::from(*nm), 1e3) / NM);
+    let wavelengths: Vec<f64> = meters.collect();
     let mut rows = Vec::new();
-    for (band, nm) in nm.iter().enumerate() {
-        let nm = rounded(f64::from(*nm), 1e3) / NM;
+    for (band, wavelength) in wavelengths.iter().enumerate() {
         for (theta_i, outgoing, spectra) in &slices {
             for ([theta, phi], spectrum) in outgoing.iter().zip(spectra) {
                 let value = f64::from((spectrum[band] * 1e7).round().max(0.0)) / 1e7;
-                rows.push([nm, *theta_i, *theta, *phi, value].map(Some));
+                rows.push([*wavelength, *theta_i, *theta, *phi, value].map(Some));
             }
         }
     }
-    let uuid = format!("{:032x}", u128::from(crc_32(name.as_bytes())));
-    let uuid = [
-        &uuid[..8],
-        &uuid[8..12],
-        &uuid[12..16],
-        &uuid[16..20],
-        &uuid[20..],
-    ]
-    .join("-");
     let metadata = serde_json::json!({
         "name": name,
-        "uuid": uuid,
+        "uuid": format!("00000000-0000-0000-0000-{:012x}", crc_32(name.as_bytes())),
         "materialVersion": "1.0.0",
         "openMaterial3dVersion": "1.1.0",
         "copyrights": ["not stated"],
@@ -124,10 +102,6 @@ pub fn to_open_material(
         "authors": ["not stated"],
         "sources": format!("glimpse-trainer {}", env!("CARGO_PKG_VERSION")),
     });
-    let wavelengths = nm
-        .iter()
-        .map(|nm| rounded(f64::from(*nm), 1e3) / NM)
-        .collect();
     let brdf = Table {
         wavelengths,
         lookup_table: rows,
@@ -165,10 +139,10 @@ fn incidences(table: &Table) -> Result<Vec<Incidence>, Defect> {
         .iter()
         .map(|each| (each * NM) as f32)
         .collect();
-    let is_sorted = wavelengths.is_sorted_by(|one, other| one < other);
-    if wavelengths.is_empty() || !is_sorted {
-        return Err("its wavelengths are not in ascending order".into());
-    }
+    ensure!(
+        !wavelengths.is_empty() && wavelengths.is_sorted_by(|one, other| one < other),
+        "its wavelengths are not in ascending order"
+    );
     let weights = Viewing::default().rgb_weights(&wavelengths);
     // Positive floats have the order of their bits.
     let mut spectra: BTreeMap<u64, BTreeMap<[u64; 2], Vec<f64>>> = BTreeMap::new();
@@ -190,13 +164,12 @@ fn incidences(table: &Table) -> Result<Vec<Incidence>, Defect> {
     }
     let slices = spectra.into_iter().map(|(theta_i, slice)| {
         let values = slice.into_iter().map(|([theta, phi], spectrum)| {
-            if spectrum.len() != weights.len() {
-                return Err(format!(
-                    "a direction has {} of {} wavelengths",
-                    spectrum.len(),
-                    weights.len()
-                ));
-            }
+            ensure!(
+                spectrum.len() == weights.len(),
+                "a direction has {} of {} wavelengths",
+                spectrum.len(),
+                weights.len()
+            );
             let rgb = weighted_sums(spectrum.into_iter(), &weights).map(|sum| sum as f32);
             Ok(([theta, phi].map(f64::from_bits), rgb))
         });

@@ -8,9 +8,9 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use super::file::{Incidence, SET_THETA_I};
 use super::set_files::{files_of, sample_name_of};
 use super::{ANGLE_TOLERANCE, direction};
-use crate::error::{Defect, read_error};
+use crate::error::{CONVERT, Defect, read_text};
 use crate::loss::coarse_directions;
-use crate::untrusted::{escaped, read_at_most};
+use crate::untrusted::escaped;
 use crate::{Brdf, Colors, Coverage, Material, RglMeasurement, SourceError, to_rgl};
 
 /// The number of cells along each axis of the plane; see [`ScatteredValues`].
@@ -25,14 +25,6 @@ const MAX_BEYOND: f64 = 10.0;
 const MAX_OUTGOING_DISTANCE: f64 = 20.0;
 /// The largest length of a file in bytes. It suffices for a million directions. Files from this program have 300 kB.
 const MAX_BYTES: u64 = 1 << 26;
-
-/// Reads a material. A complete set is resampled with [`to_rgl`]. `path` is one of its files.
-///
-/// # Errors
-/// As [`PabSet::read`].
-pub(crate) fn read_pab(path: &Path) -> Result<Box<dyn Material>, SourceError> {
-    PabSet::read(path)?.resampled(path)
-}
 
 /// A material at its measured directions.
 ///
@@ -60,17 +52,21 @@ impl PabSet {
         let mut set_theta_i = None;
         let mut incidences = Vec::new();
         for file in &paths {
-            let incidence = Incidence::parse(&read_text(file)?).map_err(Defect::in_file(file))?;
+            let incidence =
+                Incidence::parse(&read_text(file, MAX_BYTES)?).map_err(Defect::in_file(file))?;
             if incidence.theta_i > ANGLE_TOLERANCE {
                 let first_phi_i = *phi_i.get_or_insert(incidence.phi_i);
                 let turns = (incidence.phi_i - first_phi_i) / 360.0;
                 if 360.0 * (turns - turns.round()).abs() > ANGLE_TOLERANCE {
-                    return Err(Defect::in_file(file)(Defect::Unsupported(format!(
-                        "its inphi is {}, that of other files of {} is {first_phi_i}, and only isotropic materials \
+                    return Err(Defect::in_file(file)(Defect::Unsupported(
+                        format!(
+                            "its inphi is {}, that of other files of {} is {first_phi_i}, and only isotropic materials \
                          (one inphi) are supported",
-                        incidence.phi_i,
-                        escaped(&sample)
-                    ))));
+                            incidence.phi_i,
+                            escaped(&sample)
+                        ),
+                        CONVERT,
+                    )));
                 }
             }
             set_theta_i = set_theta_i.or_else(|| incidence.set_theta_i.clone());
@@ -96,14 +92,13 @@ impl PabSet {
         let mut slices: Vec<(f64, ScatteredValues)> = Vec::new();
         for (file, incidence) in incidences {
             let theta_i = incidence.theta_i;
-            let same = slices
-                .iter()
-                .position(|(theta, _)| is_near(*theta, theta_i));
-            let index = same.unwrap_or(slices.len());
-            if same.is_none() {
+            let mut indices = 0..slices.len();
+            let same = indices.find(|index| is_near(slices[*index].0, theta_i));
+            let index = same.unwrap_or_else(|| {
                 let cells = vec![Vec::new(); CELLS * CELLS];
                 slices.push((theta_i, ScatteredValues { cells }));
-            }
+                slices.len() - 1
+            });
             slices[index].1.add(&incidence);
             files.push((file, theta_i));
         }
@@ -128,7 +123,7 @@ impl PabSet {
     }
 
     /// Resamples a complete set with [`to_rgl`]; an incomplete one remains as it is.
-    pub(super) fn resampled(self, path: &Path) -> Result<Box<dyn Material>, SourceError> {
+    pub(crate) fn resampled(self, path: &Path) -> Result<Box<dyn Material>, SourceError> {
         if !self.is_complete() {
             return Ok(Box::new(self));
         }
@@ -148,14 +143,6 @@ impl PabSet {
 
 fn is_near(a: f64, b: f64) -> bool {
     (a - b).abs() < ANGLE_TOLERANCE
-}
-
-fn read_text(path: &Path) -> Result<String, SourceError> {
-    let bytes = read_at_most(path, MAX_BYTES).map_err(read_error(path))?;
-    String::from_utf8(bytes).map_err(|error| {
-        let valid = error.utf8_error().valid_up_to();
-        Defect::in_file(path)(format!("it is not UTF-8 text from byte {valid} on"))
-    })
 }
 
 /// Values at scattered outgoing directions, sorted into square cells of a plane.

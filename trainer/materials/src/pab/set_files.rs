@@ -1,15 +1,15 @@
 //! The files of a set, found by their names and headers.
 
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use super::ANGLE_TOLERANCE;
 use super::file::{has_signature, incoming_angles, sample_name};
 use crate::SourceError;
-use crate::error::{Defect, read_error};
+use crate::error::{Defect, entries, read_error};
+use crate::files::directory_of;
 use crate::name::{is_valid_name, name_of};
-use crate::untrusted::escaped;
+use crate::untrusted::{self, escaped};
 
 /// The number of bytes that are read from each file in the directory, to get its header.
 const HEAD_BYTES: u64 = 1 << 14;
@@ -29,14 +29,9 @@ pub(super) fn sample_name_of(path: &Path) -> Result<String, SourceError> {
 /// Returns the files of the set of `path`, sorted. `path` is one of them.
 pub(crate) fn files_of(path: &Path) -> Result<Vec<PathBuf>, SourceError> {
     let names = set_names(path, &read_head(path).map_err(read_error(path))?);
-    let directory = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
     let mut files = Vec::new();
-    for entry in directory.read_dir().map_err(read_error(directory))? {
-        let entry = entry.map_err(read_error(directory))?;
-        let candidate = path.with_file_name(entry.file_name());
+    for entry in entries(directory_of(path))? {
+        let candidate = path.with_file_name(entry.file_name().unwrap_or_default());
         let is_in_set = candidate == path
             || candidate.is_file()
                 && read_head(&candidate).is_ok_and(|head| {
@@ -95,7 +90,6 @@ fn without_angles(name: &str, angles: &[f64]) -> Option<String> {
 
 /// Reads the first bytes of a file, which may have any format and length.
 fn read_head(path: &Path) -> io::Result<String> {
-    let mut head = Vec::new();
-    File::open(path)?.take(HEAD_BYTES).read_to_end(&mut head)?;
+    let head = untrusted::read_head(path, HEAD_BYTES)?;
     Ok(String::from_utf8_lossy(&head).into_owned())
 }

@@ -3,13 +3,12 @@
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-use glimpse_core::geometry::{Directions, HalfDifference};
 use rayon::prelude::*;
 
 use super::file::{SET_THETA_I, VALUE_COUNT};
-use super::{direction, product};
-use crate::color::TO_XYZ;
-use crate::{Brdf, NotFinite, angles_of};
+use super::pair;
+use crate::color::{TO_XYZ, product};
+use crate::{Brdf, NotFinite};
 
 /// The theta_i of the files, in degrees.
 pub(super) const THETA_I: [u32; 11] = [0, 10, 20, 30, 40, 50, 60, 70, 75, 80, 85];
@@ -52,19 +51,12 @@ fn file_text(name: &str, brdf: &(impl Brdf + ?Sized), theta_i: u32) -> Result<St
          #inphi 0\n#upphi 0\n{SET_THETA_I} {set_theta_i}\n{VALUE_COUNT} {}\n",
         outgoing.len()
     );
-    let direction_f32 = |theta: f64, phi: f64| direction(theta, phi).map(|value| value as f32);
-    let incoming = direction_f32(f64::from(theta_i), 0.0);
-    for [theta_o, phi_o] in outgoing {
-        let directions = Directions {
-            incoming,
-            outgoing: direction_f32(theta_o, phi_o),
-        };
-        // Both directions are above the horizon, so that they are never opposite.
-        let at = HalfDifference::from_directions(&directions).unwrap_or_default();
-        let mut rgb = [[0.0; 3]];
-        brdf.evaluate(&[at], &mut rgb);
-        NotFinite::check(angles_of(&at), rgb[0])?;
-        let [x, y, z] = product(&TO_XYZ, rgb[0].map(f64::from));
+    let at = outgoing
+        .iter()
+        .map(|[theta_o, phi_o]| pair(f64::from(theta_i), *theta_o, *phi_o));
+    let values = brdf.finite_values_at(&at.collect::<Vec<_>>())?;
+    for ([theta_o, phi_o], rgb) in outgoing.iter().zip(values) {
+        let [x, y, z] = product(&TO_XYZ, rgb.map(f64::from));
         // Writing to a string never fails.
         let _ = writeln!(text, "{theta_o:.3} {phi_o:.3} {x:.6e} {y:.6e} {z:.6e}");
     }

@@ -18,27 +18,6 @@ pub(super) struct Lobe {
     pub(super) scale: f64,
 }
 
-impl Lobe {
-    /// Makes a lobe whose distribution integrates to `share`.
-    pub(super) fn new(
-        color: [f64; 3],
-        fresnel: [f64; 2],
-        roughness: f64,
-        falloff: f64,
-        share: f64,
-    ) -> Self {
-        let squared = roughness * roughness;
-        let norm = (falloff - 1.0) * (squared - 1.0) / (PI * (1.0 - squared.powf(1.0 - falloff)));
-        Self {
-            color,
-            fresnel,
-            roughness,
-            falloff,
-            scale: share * norm,
-        }
-    }
-}
-
 /// A thin transparent film: light that its two faces reflect interferes, so its color travels with theta_d.
 ///
 /// The reflectance at wavelength L is proportional to 1 - v cos(2 pi p cos(t) / L), where p is the optical path at

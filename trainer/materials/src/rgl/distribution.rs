@@ -4,6 +4,8 @@ use glimpse_core::numeric::Scalar;
 
 use glimpse_kernels::dual::RealScalar;
 
+use crate::interpolation::{Position, mix};
+
 /// The grid cell of a point in the unit square, and the position within the cell.
 #[derive(Clone, Copy)]
 pub(super) struct Cell<S> {
@@ -33,12 +35,6 @@ fn locate<S: RealScalar>(coordinate: S, nodes: usize) -> (usize, S) {
     let position = coordinate * S::constant((nodes - 1) as f64);
     let index = (position.value() as usize).min(nodes - 2);
     (index, position - S::constant(index as f64))
-}
-
-/// Interpolates linearly: `a` at fraction 0, `b` at fraction 1.
-#[inline(always)]
-fn mix<S: Scalar>(a: S, b: S, fraction: S) -> S {
-    a.plus_product(b - a, fraction)
 }
 
 /// The numbers of columns (along x) and rows (along y) of a table.
@@ -84,48 +80,6 @@ impl TableShape {
 #[inline(always)]
 fn value_or_zero<S: Scalar>(values: &[f32], index: usize) -> S {
     S::constant(values.get(index).copied().unwrap_or(0.0).into())
-}
-
-/// A position between two neighboring slices of an array.
-#[derive(Clone, Copy)]
-pub(super) struct SlicePosition<S> {
-    /// Indices of the lower and the upper slice. They are equal outside the range of the nodes.
-    pub(super) slices: [usize; 2],
-    /// The weight of the upper slice.
-    pub(super) upper_weight: S,
-}
-
-impl<S: RealScalar> SlicePosition<S> {
-    /// Returns the position of `coordinate` among increasing `nodes`. Outside their range, this is the first or last
-    /// node.
-    #[inline(always)]
-    pub(super) fn new(coordinate: S, nodes: &[f32]) -> Self {
-        let value = coordinate.value();
-        let after = nodes.partition_point(|node| f64::from(*node) <= value);
-        let low = after.saturating_sub(1);
-        match (nodes.get(low), nodes.get(after)) {
-            (Some(begin), Some(end)) if after > 0 => {
-                let (begin, end) = (f64::from(*begin), f64::from(*end));
-                let upper_weight =
-                    (coordinate - S::constant(begin)) * S::constant(1.0 / (end - begin));
-                Self {
-                    slices: [low, after],
-                    upper_weight,
-                }
-            }
-            _ => Self {
-                slices: [low; 2],
-                upper_weight: S::constant(0.0),
-            },
-        }
-    }
-
-    /// Interpolates a function of the slice linearly.
-    #[inline(always)]
-    pub(super) fn mix(&self, value: impl Fn(usize) -> S) -> S {
-        let [low, high] = self.slices.map(value);
-        mix(low, high, self.upper_weight)
-    }
 }
 
 /// Densities on the unit square, one for each slice, interpolated linearly between slices and between nodes.
@@ -181,7 +135,7 @@ impl Densities {
     pub(super) fn map_to_uniform<S: RealScalar>(
         &self,
         point: [S; 2],
-        position: &SlicePosition<S>,
+        position: &Position<S>,
     ) -> [S; 2] {
         let TableShape { columns, rows } = self.shape;
         let cell = Cell::new(point, self.shape);

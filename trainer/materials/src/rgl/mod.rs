@@ -32,13 +32,14 @@ use std::path::Path;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 
-use self::distribution::{Cell, Densities, SlicePosition, TableShape};
+use self::distribution::{Cell, Densities, TableShape};
 use self::sample_point::unit_theta;
-use self::tensor_file::{TensorFile, check_values};
+use self::tensor_file::{FINITE, NOT_NEGATIVE, TensorFile, check_values};
 use glimpse_kernels::dual::RealScalar;
 
-use crate::basis::{AngleDual, angles_to_f64};
-use crate::error::{Defect, ensure};
+use crate::basis::{AngleDual, angles_to_f64, finite_f32, split_duals};
+use crate::error::{CONVERT, Defect, ensure};
+use crate::interpolation::Position;
 use crate::mapped::map_file;
 use crate::name::name_of;
 use crate::spectrum::Viewing;
@@ -97,28 +98,17 @@ impl Material for RglMeasurement {
     }
 
     fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
-        self.tensors.brdf(angles_to_f64(&angles)).map(to_f32)
+        self.tensors.brdf(angles_to_f64(&angles)).map(finite_f32)
     }
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        let duals = self
-            .tensors
-            .brdf(AngleDual::variables(angles_to_f64(&angles)));
-        let (brdf, derivative) = AngleDual::split(duals);
-        (
-            brdf.map(to_f32),
-            derivative.map(|channel| channel.map(to_f32)),
-        )
+        let variables = AngleDual::variables(angles_to_f64(&angles));
+        split_duals(self.tensors.brdf(variables))
     }
 
     fn coverage(&self) -> Coverage {
         self.coverage.clone()
     }
-}
-
-/// Converts to f32. The result is finite even if theta_o is close to the horizon.
-fn to_f32(value: f64) -> f32 {
-    (value as f32).clamp(f32::MIN, f32::MAX)
 }
 
 /// The fields of a file that look-ups need.
@@ -137,54 +127,40 @@ impl Tensors {
         let file = TensorFile::parse(bytes)?;
         if file.has("M") && file.has("wvls") {
             return Err(Defect::Unsupported(
-                "it is a polarized measurement (Mueller matrices, its field M), and is not supported".to_owned(),
-            ));
+                "it is a polarized measurement (Mueller matrices, its field M), and is not supported".to_owned(), CONVERT));
         }
-        let ([phi_count], _) = file.floats("phi_i")?;
+        let ([phi_count], _) = file.floats("phi_i", FINITE)?;
         // The two values of phi_i of an isotropic material are -pi and pi.
         if !(1..=2).contains(&phi_count) {
-            return Err(Defect::Unsupported(format!(
-                "it is an anisotropic measurement, with {phi_count} values of phi_i, and only isotropic materials (1 or 2 \
+            return Err(Defect::Unsupported(
+                format!(
+                    "it is an anisotropic measurement, with {phi_count} values of phi_i, and only isotropic materials (1 or 2 \
                  values) are supported"
-            )));
+                ),
+                CONVERT,
+            ));
         }
         ensure!(file.byte("jacobian")? == 1, "its field jacobian is not 1");
-        let ([theta_count], theta_i) = file.floats("theta_i")?;
+        // The largest valid theta_i is pi/2, rounded to f32.
+        let is_inside = |theta| (0.0..=FRAC_PI_2).contains(&theta);
+        let ([theta_count], theta_i) = file.floats("theta_i", ("from 0 to pi/2", is_inside))?;
         ensure!(
             theta_count > 0 && theta_i.is_sorted_by(|a, b| a < b),
             "its field theta_i does not increase"
         );
-        // The largest valid theta_i is pi/2, rounded to f32.
-        let is_inside = |theta| (0.0..=FRAC_PI_2).contains(&theta);
-        check_values(
-            "theta_i",
-            &[theta_count],
-            &theta_i,
-            "from 0 to pi/2",
-            is_inside,
-        )?;
-
-        let (shape, ndf) = file.floats("ndf")?;
-        check_values("ndf", &shape, &ndf, "at least 0", |value| value >= 0.0)?;
+        let (shape, ndf) = file.floats("ndf", NOT_NEGATIVE)?;
         let ndf = (table_shape("ndf", shape)?, ndf);
-        let (shape, sigma) = file.floats("sigma")?;
-        check_values("sigma", &shape, &sigma, "above 0", |value| value > 0.0)?;
+        let (shape, sigma) = file.floats("sigma", ("above 0", |value| value > 0.0))?;
         let sigma = (table_shape("sigma", shape)?, sigma);
 
         // The field `rgb` may have negative values, because of noise.
-        let ([vndf_phi_count, vndf_theta_count, rows, columns], vndf) = file.floats("vndf")?;
-        check_values(
-            "vndf",
-            &[vndf_phi_count, vndf_theta_count, rows, columns],
-            &vndf,
-            "at least 0",
-            |value| value >= 0.0,
-        )?;
+        let ([vndf_phi_count, vndf_theta_count, rows, columns], vndf) =
+            file.floats("vndf", NOT_NEGATIVE)?;
         let vndf_shape = table_shape("vndf", [rows, columns])?;
         let is_spectral = !file.has("rgb") && file.has("spectra");
         let ([rgb_phi_count, rgb_theta_count, channels, rows, columns], rgb) = match is_spectral {
             true => rgb_from_spectra(&file, [phi_count, theta_count])?,
-            false => file.floats("rgb")?,
+            false => file.floats("rgb", FINITE)?,
         };
         let rgb_shape = table_shape("rgb", [rows, columns])?;
         ensure!(
@@ -227,7 +203,7 @@ impl Tensors {
             (phi + S::constant(PI)) * S::constant(1.0 / TAU),
         ];
 
-        let position = SlicePosition::new(theta_i, &self.theta_i);
+        let position = Position::new(theta_i, &self.theta_i);
         let point = self.vndf.map_to_uniform(half_point, &position);
         let (shape, values) = &self.ndf;
         let normals = shape.at(values, half_point);
@@ -255,7 +231,7 @@ type RgbField = ([usize; 5], Vec<f32>);
 
 /// Converts the field `spectra` to `rgb`. `counts` are the numbers of phi_i and theta_i.
 fn rgb_from_spectra(file: &TensorFile<'_>, counts: [usize; 2]) -> Result<RgbField, String> {
-    let ([wavelength_count], wavelengths) = file.floats("wavelengths")?;
+    let ([wavelength_count], wavelengths) = file.floats("wavelengths", FINITE)?;
     ensure!(
         wavelength_count >= 2 && wavelengths.is_sorted_by(|a, b| a < b),
         "its field wavelengths must hold at least two increasing values"
@@ -291,7 +267,7 @@ fn rgb_from_spectra(file: &TensorFile<'_>, counts: [usize; 2]) -> Result<RgbFiel
         rgb.extend(sums.into_iter().map(|sum| sum as f32));
     }
     let shape = [phi_count, theta_count, 3, rows, columns];
-    check_values("spectra (as RGB)", &shape, &rgb, "finite", f32::is_finite)?;
+    check_values("spectra (as RGB)", &shape, &rgb, FINITE)?;
     Ok((shape, rgb))
 }
 

@@ -6,7 +6,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use rayon::prelude::*;
 
 use super::distribution::TableShape;
-use super::sample_point::{coordinate, evaluate, luminance, theta};
+use super::sample_point::{coordinate, luminance, theta};
 use crate::{Brdf, NotFinite};
 
 /// The shape of the field `ndf`.
@@ -80,7 +80,7 @@ fn mean_luminance(brdf: &(impl Brdf + ?Sized), theta_h: f64) -> Result<f64, NotF
             })
         })
         .collect();
-    let values = evaluate(brdf, &at)?;
+    let values = brdf.finite_values_at(&at)?;
     let sum: f64 = values
         .iter()
         .map(|value| luminance(value.map(f64::from)).max(0.0))

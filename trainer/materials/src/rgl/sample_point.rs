@@ -4,7 +4,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::geometry::HalfDifference;
 
-use crate::{Brdf, NotFinite, angles_of};
+use crate::color::product;
+use crate::{Brdf, NotFinite};
 use glimpse_kernels::dual::RealScalar;
 
 /// The two cosines of theta_o from which the BRDF times cosine is extrapolated below the horizon.
@@ -111,7 +112,7 @@ pub(super) fn times_cosine(
     let [first, second] = [0, 1].map(|index| {
         let directions = points.iter().map(|point| point.directions[index]);
         let directions: Vec<HalfDifference<f32>> = directions.collect();
-        evaluate(brdf, &directions)
+        brdf.finite_values_at(&directions)
     });
     let [low, high] = NEAR_HORIZON;
     let samples = first?.into_iter().zip(second?).zip(points);
@@ -128,25 +129,7 @@ pub(super) fn times_cosine(
     Ok(values.collect())
 }
 
-/// Evaluates a BRDF at directions.
-///
-/// # Errors
-/// If the BRDF is not finite at one of them.
-pub(super) fn evaluate(
-    brdf: &(impl Brdf + ?Sized),
-    at: &[HalfDifference<f32>],
-) -> Result<Vec<[f32; 3]>, NotFinite> {
-    let mut values = vec![[0.0; 3]; at.len()];
-    brdf.evaluate(at, &mut values);
-    for (at, value) in at.iter().zip(&values) {
-        NotFinite::check(angles_of(at), *value)?;
-    }
-    Ok(values)
-}
-
 pub(super) fn luminance(rgb: [f64; 3]) -> f64 {
-    rgb.iter()
-        .zip(LUMINANCE)
-        .map(|(value, weight)| value * weight)
-        .sum()
+    let [luminance] = product(&[LUMINANCE], rgb);
+    luminance
 }

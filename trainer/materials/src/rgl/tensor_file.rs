@@ -90,15 +90,15 @@ impl<'a> TensorFile<'a> {
         self.fields.contains_key(name)
     }
 
-    /// Returns the shape and the values of a field with `N` dimensions of finite 32-bit floats.
+    /// Returns the shape and the values of a field with `N` dimensions of 32-bit floats, which satisfy a condition.
     pub(super) fn floats<const N: usize>(
         &self,
         name: &str,
+        condition: Condition,
     ) -> Result<([usize; N], Vec<f32>), String> {
-        let (shape, bytes) = self.values(name, FLOAT_32)?;
-        let (values, _) = bytes.as_chunks();
-        let values: Vec<f32> = values.iter().copied().map(f32::from_le_bytes).collect();
-        check_values(name, &shape, &values, "finite", f32::is_finite)?;
+        let (shape, words) = self.float_words(name)?;
+        let values: Vec<f32> = words.iter().copied().map(f32::from_le_bytes).collect();
+        check_values(name, &shape, &values, condition)?;
         Ok((shape, values))
     }
 
@@ -142,16 +142,20 @@ impl<'a> TensorFile<'a> {
     }
 }
 
-/// Returns an error with the first value of a field that does not satisfy a condition. `requirement` describes the
-/// condition after "must be".
+/// A condition of finite values: its description after "must be", and a function that returns true for a valid value.
+pub(super) type Condition = (&'static str, fn(f32) -> bool);
+pub(super) const FINITE: Condition = ("finite", |_| true);
+pub(super) const NOT_NEGATIVE: Condition = ("at least 0", |value| value >= 0.0);
+
+/// Returns an error with the first value of a field that is not finite or does not satisfy a condition.
 pub(super) fn check_values(
     field: &str,
     shape: &[usize],
     values: &[f32],
-    requirement: &str,
-    condition: impl Fn(f32) -> bool,
+    (requirement, condition): Condition,
 ) -> Result<(), String> {
-    match values.iter().position(|value| !condition(*value)) {
+    let is_valid = |value: &f32| value.is_finite() && condition(*value);
+    match values.iter().position(|value| !is_valid(value)) {
         Some(position) => Err(format!(
             "element {:?} of its field {field} is {}, and must be {requirement}",
             index_of(position, shape),
@@ -226,10 +230,8 @@ struct Header<'a> {
 
 impl<'a> Header<'a> {
     fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
-        let split = self.rest.split_at_checked(count);
-        let (head, rest) = split.ok_or("it ends within its header")?;
-        self.rest = rest;
-        Ok(head)
+        let head = self.rest.split_off(..count);
+        Ok(head.ok_or("it ends within its header")?)
     }
 
     fn array<const N: usize>(&mut self) -> Result<[u8; N], String> {

@@ -8,7 +8,8 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::Tensors;
-use super::distribution::{Densities, SlicePosition, TableShape};
+use super::distribution::{Densities, TableShape};
+use crate::interpolation::Position;
 use glimpse_kernels::Dual;
 use glimpse_kernels::dual::RealScalar;
 
@@ -107,6 +108,6 @@ fn zero_density_maps_to_a_finite_point() {
         rows: 3,
     };
     let densities = Densities::new(shape, vec![0.0; 9]);
-    let point = densities.map_to_uniform([0.4, 0.6], &SlicePosition::new(0.0, &[0.0]));
+    let point = densities.map_to_uniform([0.4, 0.6], &Position::new(0.0, &[0.0]));
     assert_eq!(point, [0.0, 0.0]);
 }

@@ -3,8 +3,7 @@
 use glimpse_core::geometry::{Angles, HalfDifference};
 use rayon::prelude::*;
 
-use super::SOBOL_POINTS;
-use super::range::RANGE;
+use super::{RANGE, transformed_sobol};
 use crate::Material;
 
 /// The number of cells along theta_h, theta_d and phi_d.
@@ -50,15 +49,8 @@ impl MeanBrdf {
     /// distribution along each coordinate. Returns fewer if 65,536 points do not suffice.
     #[must_use]
     pub fn samples(&self, count: usize, seed: u32) -> Vec<Angles<f32>> {
-        (0..SOBOL_POINTS)
-            .map(|index| {
-                let point = [0, 1, 2].map(|axis| sobol_burley::sample(index, axis, seed));
-                self.invert(point)
-            })
-            // A cell at the border of the valid region contains invalid angles.
-            .filter(|angles| HalfDifference::from_angles(*angles).is_valid())
-            .take(count)
-            .collect()
+        // A cell at the border of the valid region contains invalid angles.
+        transformed_sobol(count, seed, |point| self.invert(point))
     }
 
     /// Transforms a point of the unit cube by the inverse cumulative distribution along each coordinate.

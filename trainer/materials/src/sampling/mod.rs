@@ -1,12 +1,10 @@
 //! Sampling of directions: uniform, as seen on a sphere, by a Sobol sequence, or in proportion to the mean BRDF.
 
 mod mean_brdf;
-mod range;
 
 pub use mean_brdf::MeanBrdf;
-pub use range::RANGE;
 
-use std::f32::consts::TAU;
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use rand::{Rng, SeedableRng};
@@ -14,6 +12,8 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::angles_of;
 
+/// Upper limits of theta_h, theta_d and phi_d, radians. The lower limits are 0.
+pub const RANGE: [f32; 3] = [FRAC_PI_2, FRAC_PI_2, PI];
 /// The length of a sequence of `sobol_burley`.
 const SOBOL_POINTS: u32 = 1 << 16;
 
@@ -63,13 +63,21 @@ pub fn sphere_view_samples(count: usize, seed: u64) -> Vec<Angles<f32>> {
 /// scaled to [`RANGE`]. phi_d is in \[0, pi). Returns fewer points if 65,536 candidates do not suffice.
 #[must_use]
 pub fn sobol_valid(count: usize, seed: u32) -> Vec<Angles<f32>> {
-    let [theta_h, theta_d, phi_d] = RANGE;
+    transformed_sobol(count, seed, |[h, d, phi]| Angles {
+        theta_h: RANGE[0] * h,
+        theta_d: RANGE[1] * d,
+        phi_d: RANGE[2] * phi,
+    })
+}
+
+/// Returns the first `count` valid angles that a function makes of the points of the Sobol sequence in the unit cube.
+fn transformed_sobol(
+    count: usize,
+    seed: u32,
+    angles: impl Fn([f32; 3]) -> Angles<f32>,
+) -> Vec<Angles<f32>> {
     (0..SOBOL_POINTS)
-        .map(|index| Angles {
-            theta_h: theta_h * sobol_burley::sample(index, 0, seed),
-            theta_d: theta_d * sobol_burley::sample(index, 1, seed),
-            phi_d: phi_d * sobol_burley::sample(index, 2, seed),
-        })
+        .map(|index| angles([0, 1, 2].map(|axis| sobol_burley::sample(index, axis, seed))))
         .filter(|angles| HalfDifference::from_angles(*angles).is_valid())
         .take(count)
         .collect()

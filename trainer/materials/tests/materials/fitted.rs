@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::{Basis, Grid};
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{BasisFile, FittedBrdf, FittedMaterial, Material, Source};
+use glimpse_materials::{BasisFile, FittedBrdf, FittedMaterial, MODELS, Material, Source};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -20,13 +20,6 @@ static BASIS: LazyLock<Basis> = LazyLock::new(|| {
     };
     Basis::from_table((0..Grid::LEN).flat_map(node).collect(), 4)
 });
-
-const MODELS: [ModelKind; 4] = [
-    ModelKind::Phong,
-    ModelKind::CookTorrance,
-    ModelKind::Neural,
-    ModelKind::Linear,
-];
 
 fn fitted(model: ModelKind, seed: u64) -> FittedMaterial {
     let mut random = ChaCha8Rng::seed_from_u64(seed);

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use glimpse_materials::{Material, NeuralBrdf, Source, SourceError, to_merl, to_nbrdf};
 use tempfile::TempDir;
 
+use crate::common::assert_names;
+
 /// A temporary directory.
 pub(crate) struct Folder(TempDir);
 
@@ -44,6 +46,13 @@ impl Folder {
 /// Reads the materials of a source.
 pub(crate) fn load(path: &Path) -> Result<Vec<Box<dyn Material>>, SourceError> {
     Source(path.display().to_string()).load()
+}
+
+/// Asserts that reading a file reports a defect, and that the message contains the given words.
+pub(crate) fn assert_defect<T>(read: Result<T, SourceError>, file: &Path, words: &[&str]) {
+    let defect = reported_defect(read, file);
+    let defect = defect.unwrap_or_else(|| panic!("the damaged file is read: {words:?}"));
+    assert_names(&defect, words);
 }
 
 /// Returns the reported defect of a damaged or unsupported file, or None if the file can be read.

@@ -5,18 +5,13 @@ use std::fs;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{Colors, Material, Procedural, RglMeasurement, to_merl, to_rgl};
+use glimpse_materials::{
+    Colors, Material, Procedural, to_merl, to_open_material, to_pab, to_rgl, to_ssdd,
+};
 
 use crate::FunctionMaterial;
 use crate::folder::{Folder, load};
-use crate::rgl::isotropic;
-
-/// Reads the bytes of a tensor file.
-fn measurement(bytes: &[u8]) -> RglMeasurement {
-    let folder = Folder::new();
-    let path = folder.write("written_rgb.bsdf", bytes);
-    RglMeasurement::read(&path).expect("the file is read")
-}
+use crate::rgl::{self, isotropic};
 
 #[test]
 fn tensor_file_is_close_to_the_brdf() {
@@ -24,7 +19,7 @@ fn tensor_file_is_close_to_the_brdf() {
     for material in &Procedural::set(12, 5) {
         let bytes =
             to_rgl("test", material as &dyn Material, Colors::Rgb).expect("the BRDF is finite");
-        let read = measurement(&bytes);
+        let read = rgl::read(&bytes);
         losses.push(loss_between(&read as &dyn Material, material));
         // The loss gives little weight to grazing outgoing directions, so that their error is checked separately.
         let (mut error, mut total) = (0.0, 0.0);
@@ -54,7 +49,7 @@ fn tensor_file_is_close_to_the_brdf() {
 fn black_brdf_stays_black() {
     let black = FunctionMaterial(|_| [0.0; 3]);
     let black: &dyn Material = &black;
-    let read = measurement(&to_rgl("black", black, Colors::Rgb).expect("the BRDF is finite"));
+    let read = rgl::read(&to_rgl("black", black, Colors::Rgb).expect("the BRDF is finite"));
     assert_eq!(loss_between(&read as &dyn Material, black), 0.0);
     let table = to_merl(black).expect("the BRDF is finite");
     let values = table[12..].as_chunks().0.iter().copied();
@@ -71,6 +66,9 @@ fn rejects_non_finite_brdf() {
     for error in [
         to_rgl("", nan_material, Colors::Rgb).expect_err("the BRDF is NaN"),
         to_merl(nan_material).expect_err("the BRDF is NaN"),
+        to_pab("", nan_material).expect_err("the BRDF is NaN"),
+        to_ssdd("", &[], &[nan_material]).expect_err("the BRDF is NaN"),
+        to_open_material("", &[], &[nan_material]).expect_err("the BRDF is NaN"),
     ] {
         let [theta_h, ..] = error.angles;
         assert!(

@@ -3,11 +3,11 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glimpse_core::geometry::HalfDifference;
+use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Colors, Material, Procedural, RglMeasurement, to_rgl};
 
-use crate::common::assert_names;
-use crate::folder::{Folder, reported_defect};
+use crate::folder::{Folder, assert_defect};
 
 /// A field of a tensor file.
 #[derive(Clone)]
@@ -134,7 +134,7 @@ impl Formula {
 }
 
 /// Reads a file with these bytes.
-fn read(bytes: &[u8]) -> RglMeasurement {
+pub(crate) fn read(bytes: &[u8]) -> RglMeasurement {
     let folder = Folder::new();
     let path = folder.write("formula_rgb.bsdf", bytes);
     RglMeasurement::read(&path).expect("the file is read")
@@ -173,11 +173,7 @@ fn lookups_match_the_formula() {
         let brdf = material.brdf(angles);
         assert_eq!(brdf, two_phi_i.brdf(angles));
         // The formula in f64, at the angles rounded to f32.
-        let at = HalfDifference::from_angles(glimpse_core::geometry::Angles {
-            theta_h: f64::from(angles.theta_h),
-            theta_d: f64::from(angles.theta_d),
-            phi_d: f64::from(angles.phi_d),
-        });
+        let at = HalfDifference::from_angles(angles_to_f64(&angles));
         let directions = at.directions();
         let theta_i = directions.incoming[2].acos();
         let azimuth = |[x, y, _]: [f64; 3]| y.atan2(x);
@@ -239,10 +235,8 @@ fn brdf_is_0_below_the_horizon_and_for_negative_values() {
 fn assert_rejected(bytes: &[u8], words: &str) {
     let folder = Folder::new();
     let path = folder.write("formula_rgb.bsdf", bytes);
-    match reported_defect(RglMeasurement::read(&path), &path) {
-        Some(defect) => assert_names(&defect, &words.split_whitespace().collect::<Vec<_>>()),
-        None => panic!("the damaged file was read: {words}"),
-    }
+    let words: Vec<&str> = words.split_whitespace().collect();
+    assert_defect(RglMeasurement::read(&path), &path, &words);
 }
 
 /// Returns the file after a change of one field.

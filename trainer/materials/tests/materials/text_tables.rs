@@ -1,9 +1,9 @@
 //! SSDD and OpenMATERIAL: files written by hand, and damaged ones.
 
-use glimpse_materials::{Material, Source, to_open_material, to_ssdd};
+use glimpse_materials::Source;
 
+use crate::angles;
 use crate::folder::{Folder, load};
-use crate::{FunctionMaterial, angles};
 
 /// A bluish diffuse BRDF.
 const SSDD: &str = "VERSION 0.2\n\n# diffuse\nDATA_TYPE brdf\nCOLOR_MODEL rgb\n\
@@ -93,13 +93,4 @@ fn reads_tables_written_by_hand() {
         let message = error.expect("the file is damaged").to_string();
         assert!(message.contains(name), "{message}");
     }
-}
-
-#[test]
-fn refuses_values_that_are_not_finite() {
-    let nan = FunctionMaterial(|_| [f32::NAN; 3]);
-    let brdf = &nan as &dyn Material;
-    assert!(
-        to_ssdd("nan", &[], &[brdf]).is_err() && to_open_material("nan", &[], &[brdf]).is_err()
-    );
 }

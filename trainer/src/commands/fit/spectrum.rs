@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use clap::Args;
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::{Illuminant, Observer, Spectrum, Viewing, weighted_sums};
+use glimpse_materials::{Illuminant, Material, Observer, Viewing, weighted_sums};
 use glimpse_trainer::measurement::Fit;
 use glimpse_trainer::metrics::{Lab, ciede2000};
 use glimpse_trainer::report::{Axis, Marker, Plot, Scale, Series, SeriesColor};
@@ -85,7 +85,7 @@ struct SpectrumReading {
 impl SpectrumReport {
     /// Returns the report of a fit; None without bands.
     pub(super) fn new(fit: &Fit, pattern: &[Angles<f32>], args: &ViewingArgs) -> Option<Self> {
-        let bands = fit.material.bands()?;
+        let bands = fit.material.spectrum()?;
         let weights = args.viewing().xyz_weights(bands.wavelengths());
         let lab = |spectrum: &[f32]| {
             // The reflectance factor.

@@ -271,9 +271,7 @@ impl Posterior {
             let at = directions
                 .iter()
                 .map(|angles| HalfDifference::from_angles(*angles));
-            let mut brdf = vec![[0.0; 3]; directions.len()];
-            fit.evaluate(&at.collect::<Vec<_>>(), &mut brdf);
-            brdf
+            fit.values_at(&at.collect::<Vec<_>>())
         });
         let at = ComponentsAt::new(&self.basis, directions);
         let mapped = self.mapped(&at).into_iter().enumerate();

@@ -68,6 +68,10 @@ fn rejects_damaged_tables() {
     ));
 }
 
+fn encoded<const N: usize>(values: &[f64], bytes: fn(f64) -> [u8; N]) -> Vec<u8> {
+    values.iter().copied().flat_map(bytes).collect()
+}
+
 /// Writes the values of a file in another form: single precision, or both halves of phi_d.
 #[test]
 fn other_forms_are_read_like_the_standard_one() {
@@ -92,18 +96,8 @@ fn other_forms_are_read_like_the_standard_one() {
         .chunks(180)
         .flat_map(|half| [half, half].concat())
         .collect();
-    let single = |values: &[f64]| {
-        values
-            .iter()
-            .flat_map(|value| (*value as f32).to_le_bytes())
-            .collect::<Vec<u8>>()
-    };
-    let double = |values: &[f64]| {
-        values
-            .iter()
-            .flat_map(|value| value.to_le_bytes())
-            .collect::<Vec<u8>>()
-    };
+    let single = |values: &[f64]| encoded(values, |value| (value as f32).to_le_bytes());
+    let double = |values: &[f64]| encoded(values, f64::to_le_bytes);
     let header = |phi: i32| [90, 90, phi].map(i32::to_le_bytes).concat();
     for (phi, values) in [
         (180, single(&values)),

@@ -13,8 +13,7 @@ use glimpse_materials::{Coverage, Material, MerlTable};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
-use crate::common::assert_names;
-use crate::folder::{Folder, reported_defect};
+use crate::folder::{Folder, assert_defect};
 use crate::{FunctionMaterial, angles, network};
 
 /// Returns the angles of a node in radians. The index along phi_d may exceed 179, which adds half turns.
@@ -74,10 +73,7 @@ impl TableFile {
 
     /// Asserts that the file is rejected, and that the message contains the given words.
     fn assert_rejected(&self, words: &[&str]) {
-        match reported_defect(MerlTable::read(&self.path), &self.path) {
-            Some(defect) => assert_names(&defect, words),
-            None => panic!("the damaged table was read: {words:?}"),
-        }
+        assert_defect(MerlTable::read(&self.path), &self.path, words);
     }
 }
 

@@ -9,8 +9,8 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_kernels::components::{ComponentTable, HEADER_OCTETS};
 use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, transpose_rgb};
-use glimpse_materials::Material;
 use glimpse_materials::basis::Basis;
+use glimpse_materials::{Brdf, Material};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -114,8 +114,7 @@ impl WarpedPool {
         self.values[material][highlight_warp].get_or_init(|| {
             let (material, directions) =
                 (&self.materials[material], &self.directions[highlight_warp]);
-            let mut brdf = vec![[0.0; 3]; directions.len()];
-            material.brdf_batch(directions, &mut brdf);
+            let brdf = material.values_at(directions);
             brdf.chunks(WIDTH).map(transpose_rgb).collect()
         })
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::{Material, angles_of};
+use glimpse_materials::{Brdf, Material, angles_of};
 
 use super::highlight_warp::HighlightWarp;
 use super::reading::{BrdfWithDerivative, evaluate_warped, field_factor, mix_channel};
@@ -62,9 +62,7 @@ impl Material for TaskMaterial {
         .map(|(material, warp)| {
             let warped = angles.iter().map(|angles| warp.angles(*angles).0);
             let warped: Vec<_> = warped.map(HalfDifference::from_angles).collect();
-            let mut values = vec![[0.0; 3]; at.len()];
-            self.materials[material].brdf_batch(&warped, &mut values);
-            values.into_iter()
+            self.materials[material].values_at(&warped).into_iter()
         });
         for (angles, brdf) in angles.into_iter().zip(brdf) {
             let [own, partner] = values

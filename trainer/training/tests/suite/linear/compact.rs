@@ -42,9 +42,8 @@ fn loss(compact: &[u8], material: usize) -> f64 {
         .into_iter()
         .map(HalfDifference::from_angles)
         .collect();
-    let mut expected = vec![[0.0; 3]; at.len()];
     let whole = WHOLE.reconstruct_values(&values).expect("3 m values");
-    whole.evaluate(&at, &mut expected);
+    let expected = whole.values_at(&at);
     let mut sum = 0.0;
     for (at, expected) in at.iter().zip(&expected) {
         let actual = compact

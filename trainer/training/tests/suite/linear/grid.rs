@@ -66,7 +66,7 @@ fn derivatives_match_finite_differences() {
     let (mut compared, mut crossed, mut largest) = (0, 0, 0.0_f64);
     for _ in 0..3_000 {
         let angles = random_angles(&mut random);
-        let cell = Grid::corners(angles_from_array(angles))[0].node;
+        let cell = Grid::corners(angles_from_array(angles))[0].0;
         let center = flatten(basis.look_up(angles_from_array(angles)));
         for axis in 0..3 {
             // Nodes along theta_h are closer together towards 0, so the step of the difference decreases.
@@ -86,7 +86,7 @@ fn derivatives_match_finite_differences() {
             let inside = |at: &Angles<f64>| {
                 range.contains(&at.theta_h)
                     && range.contains(&at.theta_d)
-                    && Grid::corners(*at)[0].node == cell
+                    && Grid::corners(*at)[0].0 == cell
             };
             if !points.iter().all(inside) {
                 crossed += 1;
