@@ -75,6 +75,14 @@ impl<S: Scalar> HalfDifference<S> {
     }
 }
 
+/// The sin(theta_h) below which the half vector counts as the normal.
+///
+/// In f32, the half vector has an error of about e = 1e-7. This error turns its azimuth, and with it phi_d, by e /
+/// sin(theta_h); at the pole, the azimuth is arbitrary. Replacing the half vector by the pole moves it by theta_h. The
+/// two errors are equal at theta_h = sqrt(e), 3e-4 rad or 0.02 degrees, which is finer than arms move. Above, the error
+/// of phi_d is at most as large (near grazing angles, times 1 / cos(theta_d)).
+const POLE: f32 = 3e-4;
+
 /// The cos(theta_d), half the length of the sum of both unit directions, below which they count as opposite.
 const OPPOSITE: f32 = 1e-5;
 
@@ -83,14 +91,6 @@ fn length(x: f32, y: f32, z: f32) -> f32 {
 }
 
 impl HalfDifference<f32> {
-    /// The sin(theta_h) below which the half vector counts as the normal, and phi_d is 0.
-    ///
-    /// In f32, the half vector has an error of about e = 1e-7. This error turns its azimuth, and with it phi_d, by e /
-    /// sin(theta_h); at the pole, the azimuth is arbitrary. Replacing the half vector by the pole moves it by theta_h. The
-    /// two errors are equal at theta_h = sqrt(e), 3e-4 rad or 0.02 degrees, which is finer than arms move. Above, the error
-    /// of phi_d is at most as large (near grazing angles, times 1 / cos(theta_d)).
-    pub const POLE: f32 = 3e-4;
-
     /// Converts a pair of directions. None if a direction is not finite or not a unit vector within
     /// 0.001, or if the two are opposite and have no half vector. Directions below
     /// the horizon are accepted: see [`is_valid`](Self::is_valid).
@@ -109,7 +109,7 @@ impl HalfDifference<f32> {
         }
         let (x, y, hz) = (x / twice, y / twice, z / twice);
         let hx = length(x, y, 0.0);
-        if hx < Self::POLE && iz > 0.0 && oz > 0.0 {
+        if hx < POLE && iz > 0.0 && oz > 0.0 {
             return Some(Self {
                 hx: 0.0,
                 hz: 1.0,
