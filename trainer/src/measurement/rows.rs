@@ -1,4 +1,4 @@
-//! Rows of readings from a file or an array, and their samples in a pattern.
+//! Rows of readings from a file or an array.
 
 use std::path::{Path, PathBuf};
 
