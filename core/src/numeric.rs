@@ -12,4 +12,4 @@ mod scalar;
 pub use block::Block;
 pub use floats::Floats;
 pub use rows::{ComponentRows, Matrix, PackedRows, Rows};
-pub use scalar::{Real, Scalar, Stored, Trigonometry, Value};
+pub use scalar::{Real, Scalar, Stored, TERMS, Trigonometry, Value};

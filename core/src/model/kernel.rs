@@ -10,7 +10,7 @@ use crate::numeric::{Scalar, Value};
 
 /// A number for each parameter of a model, such as the parameters, their gradient or their step sizes. It is an array
 /// in the order of recipes and exports.
-pub trait ParameterSet<T: Value>: Clone + Send + Sync {
+pub trait ParameterSet<T: Value>: Clone + Send + Sync + 'static {
     /// Returns a set whose entries all equal `value`.
     fn filled(value: T) -> Self;
     /// The entries, in order.

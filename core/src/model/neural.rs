@@ -144,7 +144,7 @@ fn by_inputs<S: Scalar, const ROWS: usize, const OUTPUTS: usize>(
 ) -> [S; ROWS] {
     let mut sums = [S::constant(0.0); ROWS];
     for (column, by_output) in by_outputs.iter().enumerate() {
-        for (sum, row) in sums.iter_mut().zip(rows) {
+        for (sum, row) in sums.iter_mut().zip(&rows) {
             if let Some(weight) = row.get(column) {
                 *sum = sum.plus_product(*by_output, S::broadcast(*weight));
             }

@@ -4,7 +4,7 @@ use glimpse_core::model::linear::unmap;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 
 use crate::dual::Dual;
-use crate::lanes::{InstructionSet, Lanes, MAX_OCTETS, Octet, WIDTH, add_totals, kernel};
+use crate::lanes::{InstructionSet, Lanes, MAX_OCTETS, Octet, WIDTH, add_totals, kernel, load};
 use crate::samples::OctetRgb;
 
 /// Principal components at many directions, eight directions per octet.
@@ -73,17 +73,12 @@ kernel! {
                     weights[k] = &full_weights;
                 }
             }
-            let [a, b, c, d] = rows;
-            // This is a macro because the compiler does not inline closures here.
-            macro_rules! entry {
-                ($index:expr) => {
-                    L::load([&a[$index], &b[$index], &c[$index], &d[$index]])
-                };
-            }
-            let (cos_theta_i, cosine_product, mean) = (entry!(0), entry!(1), entry!(2));
+            let cos_theta_i = load!(rows, row => row[0]);
+            let cosine_product = load!(rows, row => row[1]);
+            let mean = load!(rows, row => row[2]);
             let mut mapped = [mean; 3];
             for k in 0..components {
-                let row = entry!(HEADER_OCTETS + k);
+                let row = load!(rows, row => row[HEADER_OCTETS + k]);
                 for (channel, mapped) in mapped.iter_mut().enumerate() {
                     let coefficient = coefficients[channel * components + k];
                     *mapped = mapped.plus_product(row, L::broadcast(coefficient));
@@ -91,9 +86,8 @@ kernel! {
             }
             let black = [L::constant(0.0); 3];
             let [mut measured, mut modeled, mut slopes] = [black; 3];
-            let [e, f, g, h] = rgb;
             for channel in 0..3 {
-                measured[channel] = L::load([&e[channel], &f[channel], &g[channel], &h[channel]]);
+                measured[channel] = load!(rgb, octets => octets[channel]);
                 let mapped = Dual {
                     value: mapped[channel],
                     tangent: [L::constant(1.0)],
@@ -113,7 +107,7 @@ kernel! {
                     *derivative = *derivative * slope;
                 }
                 for k in 0..components {
-                    let row = entry!(HEADER_OCTETS + k);
+                    let row = load!(rows, row => row[HEADER_OCTETS + k]);
                     for (channel, by_mapped) in by_mapped.iter().enumerate() {
                         L::add_product(&mut sums[channel * components + k], *by_mapped, row);
                     }

@@ -8,12 +8,9 @@ use std::array::from_fn;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::{Model, ParameterSet};
-use glimpse_core::numeric::{Scalar, Trigonometry};
+use glimpse_core::numeric::{Scalar, TERMS, Trigonometry};
 
 use crate::operators::operators;
-
-/// The number of terms per call of [`Scalar::add_all`].
-const TERMS: usize = 8;
 
 /// A value with `N` tangents.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,6 +87,7 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
     type Parameter = Dual<T::Parameter, N>;
     /// Only the tangents of a gradient are summed; the forward sweep computed its value.
     type Sum = [T::Sum; N];
+    const ADDS_TERMS_TOGETHER: bool = N == 1 && T::ADDS_TERMS_TOGETHER;
 
     #[inline(always)]
     fn constant(value: f64) -> Self {
@@ -124,43 +122,12 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
     }
 
     #[inline(always)]
-    fn add_outer_product<const I: usize, const J: usize>(
-        sums: [&mut [Self::Sum; J]; I],
-        a: [Self; I],
-        b: &[Self; J],
-    ) {
-        for (row, a) in sums.into_iter().zip(&a) {
-            if N != 1 || !T::HAS_FAST_ADD_ALL {
-                for (sum, b) in row.iter_mut().zip(b) {
-                    Self::add_product(sum, *a, *b);
-                }
-                continue;
-            }
-            for (sums, b) in row.chunks_mut(TERMS).zip(b.chunks(TERMS)) {
-                let mut terms = [T::constant(0.0); TERMS];
-                for (term, b) in terms.iter_mut().zip(b) {
-                    *term = (a.tangent[0] * b.value).plus_product(a.value, b.tangent[0]);
-                }
-                T::add_all(sums.as_flattened_mut(), &terms);
-            }
+    fn add_terms(sums: &mut [Self::Sum], terms: &[Self; TERMS]) {
+        let mut tangents = [T::constant(0.0); TERMS];
+        for (tangent, term) in tangents.iter_mut().zip(terms) {
+            *tangent = term.tangent[0];
         }
-    }
-
-    #[inline(always)]
-    fn add_all(sums: &mut [Self::Sum], terms: &[Self]) {
-        if N != 1 || !T::HAS_FAST_ADD_ALL {
-            for (sum, term) in sums.iter_mut().zip(terms) {
-                Self::add_to(sum, *term);
-            }
-            return;
-        }
-        for (sums, terms) in sums.chunks_mut(TERMS).zip(terms.chunks(TERMS)) {
-            let mut tangents = [T::constant(0.0); TERMS];
-            for (tangent, term) in tangents.iter_mut().zip(terms) {
-                *tangent = term.tangent[0];
-            }
-            T::add_all(sums.as_flattened_mut(), &tangents);
-        }
+        T::add_terms(sums.as_flattened_mut(), &tangents);
     }
 
     #[inline(always)]

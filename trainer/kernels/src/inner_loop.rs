@@ -108,17 +108,18 @@ kernel! {
     /// Begins one step of the reverse sweep: updates the gradient with respect to the step sizes, and writes the dual
     /// parameters with tangent alpha * lambda.
     fn ascend<'a, L: Lanes, M: Model, R: Real>(
-        step: &'a Step<M, R>,
+        theta: &'a M::Parameters<R>,
+        gradient: &'a M::Parameters<R>,
         step_sizes: &'a M::Parameters<R>,
         lambda: &'a M::Parameters<R>,
         by_step_sizes: &'a mut M::Parameters<R>,
         dual: &'a mut M::Parameters<Dual<R>>,
     ) {
-        let entries = lambda.iter().zip(step.gradient.iter());
+        let entries = lambda.iter().zip(gradient.iter());
         for (by_step_size, (lambda, entry)) in by_step_sizes.iter_mut().zip(entries) {
             *by_step_size = *by_step_size - *lambda * *entry;
         }
-        let values = step.theta.iter();
+        let values = theta.iter();
         let tangents = step_sizes.iter().zip(lambda.iter());
         for ((dual, value), (step_size, lambda)) in dual.iter_mut().zip(values).zip(tangents) {
             dual.value = *value;
@@ -140,10 +141,10 @@ kernel! {
     }
 }
 
-/// theta_k, and the gradient at theta_k.
+/// The gradient at theta_k, and theta_{k+1}.
 struct Step<M: Model, R: Real> {
-    theta: M::Parameters<R>,
     gradient: M::Parameters<R>,
+    next: M::Parameters<R>,
 }
 
 /// The meta-gradient, and the memory of both sweeps, which is reused from task to task.
@@ -152,7 +153,6 @@ pub struct MetaGradient<M: Model, R: Real> {
     pub initial: M::Parameters<R>,
     /// The gradient with respect to the step sizes.
     pub step_sizes: M::Parameters<R>,
-    /// theta_0 to theta_{K-1}.
     trajectory: Vec<Step<M, R>>,
 }
 
@@ -181,33 +181,37 @@ impl<M: Model, R: Real> MetaGradient<M, R> {
         let list_at = |step: usize| inner[step % inner.len()];
         let zero = || M::Parameters::filled(R::constant(0.0));
         self.trajectory.resize_with(inner_loop.steps, || Step {
-            theta: zero(),
             gradient: zero(),
+            next: zero(),
         });
-        let mut last = inner_loop.initial.clone();
+        let mut theta = &inner_loop.initial;
         for (index, step) in self.trajectory.iter_mut().enumerate() {
-            std::mem::swap(&mut step.theta, &mut last);
-            list_at(index).gradient(&step.theta, &mut step.gradient);
+            list_at(index).gradient(theta, &mut step.gradient);
             descend::<M, R>(
-                &step.theta,
+                theta,
                 &step.gradient,
                 &inner_loop.step_sizes,
-                &mut last,
+                &mut step.next,
             );
+            theta = &step.next;
         }
         let lambda = &mut self.initial;
-        let loss = outer.gradient(&last, lambda);
+        let loss = outer.gradient(theta, lambda);
 
         self.step_sizes = zero();
         let mut dual = M::Parameters::filled(Dual::constant(0.0));
         let mut product = zero();
         for (index, step) in self.trajectory.iter().enumerate().rev() {
-            let by_step_sizes = &mut self.step_sizes;
+            let theta = match index.checked_sub(1) {
+                Some(last) => &self.trajectory[last].next,
+                None => &inner_loop.initial,
+            };
             ascend::<M, R>(
-                step,
+                theta,
+                &step.gradient,
                 &inner_loop.step_sizes,
                 lambda,
-                by_step_sizes,
+                &mut self.step_sizes,
                 &mut dual,
             );
             list_at(index).product(&dual, &mut product, derivatives.as_deref_mut());

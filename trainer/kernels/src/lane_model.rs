@@ -5,12 +5,14 @@
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{CookTorrance, Model, Neural, Phong, SampleGradient};
 
+use crate::crew::Crew;
 use crate::dual::Dual;
 use crate::gauss_newton::{FitGradient, GaussNewton, OctetAdjoint, Step};
 use crate::inner_loop::{InnerLoop, MetaGradient, SampleList};
 use crate::lanes::Octet;
+use crate::parallel::{SharedList, chunks};
 use crate::samples::SampleOctets;
-use crate::{brdf, parallel, sums};
+use crate::{brdf, sums};
 
 /// Defines a trait from functions with bodies, and implements it for each model. The bodies are not default methods,
 /// which other crates would compile again.
@@ -42,7 +44,7 @@ lane_model! {
         samples: &SampleOctets<'_>,
         gradient: &mut Self::Parameters<f32>,
     ) -> f32 {
-        parallel::gradient::<Self>(theta, samples, gradient)
+        SharedList::<Self> { samples, crew: None }.gradient(theta, gradient)
     }
     /// Computes the product of the Hessian and the tangent of `theta` over all samples; see [`SampleList::product`].
     fn product(
@@ -51,7 +53,7 @@ lane_model! {
         product: &mut Self::Parameters<f32>,
         derivatives: Option<&mut [SampleGradient<Octet>]>,
     ) {
-        parallel::product::<Self>(theta, samples, product, derivatives);
+        SharedList::<Self> { samples, crew: None }.product(theta, product, derivatives);
     }
     /// Returns the loss over all samples.
     fn loss(theta: &Self::Parameters<f32>, samples: &SampleOctets<'_>) -> f32 {
@@ -90,7 +92,13 @@ lane_model! {
         outer: &SampleOctets<'_>,
         derivatives: Option<&mut [SampleGradient<Octet>]>,
     ) -> f32 {
-        meta_gradient.compute(inner_loop, inner, outer, derivatives)
+        let lists = inner.iter().copied().chain([outer]);
+        Crew::run(lists.map(chunks).max().unwrap_or(1), |crew| {
+            let share = |samples| SharedList::<Self> { samples, crew: Some(crew) };
+            let inner: Vec<_> = inner.iter().copied().map(share).collect();
+            let inner: Vec<_> = inner.iter().collect();
+            meta_gradient.compute(inner_loop, &inner, &share(outer), derivatives)
+        })
     }
 }
 

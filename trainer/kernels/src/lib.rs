@@ -17,7 +17,8 @@
 //! - [`components`]: the loss of a combination of principal components
 //! - [`inner_loop`]: the unrolled descent and its adjoint
 //! - [`gauss_newton`]: Gauss-Newton steps and their adjoint
-//! - `parallel`: sums on all threads
+//! - `crew`: threads that stay awake during a computation
+//! - `parallel`: sums that a crew shares
 //! - [`lane_model`]: the trait that provides these kernels for a model, and its implementations
 //! - [`scan`]: the device's scan on the host, for any recipe
 
@@ -25,6 +26,7 @@ pub mod brdf;
 pub mod completion;
 mod completion_weights;
 pub mod components;
+mod crew;
 pub mod dual;
 pub mod gauss_newton;
 pub mod inner_loop;

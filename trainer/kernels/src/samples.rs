@@ -4,7 +4,7 @@ use glimpse_core::model::{Sample, SampleGradient};
 
 use crate::lanes::{
     InstructionSet, Lanes, MAX_OCTETS, Octet, OctetDirections, WIDTH, coordinates, coordinates_mut,
-    from_coordinates, load_directions,
+    from_coordinates, load, load_directions,
 };
 
 /// The measured values of eight samples.
@@ -33,9 +33,6 @@ pub struct SampleOctets<'a> {
     pub weights: &'a [Octet],
     /// The lanes to compute on.
     pub instruction_set: InstructionSet,
-    /// True if sums over such lists follow each other without a pause, as inner steps do. The other threads are then
-    /// still awake, so shorter lists are split.
-    pub back_to_back: bool,
 }
 
 impl SampleOctets<'_> {
@@ -61,10 +58,13 @@ impl SampleOctets<'_> {
                 weights[k] = &self.weights[index];
             }
         }
-        let [a, b, c, d] = values;
+        let mut measured = [L::constant(0.0); 3];
+        for (channel, measured) in measured.iter_mut().enumerate() {
+            *measured = load!(values, rgb => rgb[channel]);
+        }
         Sample {
             at: load_directions(at),
-            measured: [0, 1, 2].map(|i| L::load([&a[i], &b[i], &c[i], &d[i]])),
+            measured,
             weight: L::load(weights),
         }
     }
@@ -76,15 +76,6 @@ impl SampleOctets<'_> {
             at: from_coordinates(coordinates(self.at[octet]).map(|octet| octet.0[lane])),
             measured: self.values[octet].map(|values| values.0[lane]),
             weight: self.weights[octet].0[lane],
-        }
-    }
-
-    /// Returns the samples with [`back_to_back`](Self::back_to_back) set.
-    #[must_use]
-    pub fn back_to_back(self) -> Self {
-        Self {
-            back_to_back: true,
-            ..self
         }
     }
 

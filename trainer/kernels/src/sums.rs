@@ -12,20 +12,20 @@ use glimpse_core::numeric::Scalar;
 
 use crate::dual::Dual;
 use crate::lanes::{
-    Lanes, MAX_OCTETS, Narrowest, Octet, ScalarSums, WIDTH, coordinates, coordinates_mut,
-    has_narrower, has_two_narrower, kernel,
+    Lanes, MAX_OCTETS, Narrowest, Octet, RegisterPair, ScalarSums, WIDTH, coordinates,
+    coordinates_mut, has_narrower, kernel,
 };
 use crate::samples::{SampleOctets, entries, entries_mut};
 
-/// Returns true if sums over lists that fit in one register are scalar. With many parameters, sums on lanes would fill
-/// the cache.
-const fn sums_are_scalar<M: Model>() -> bool {
+/// Returns true if sums take most of the time and memory. Then those over a list that fits in one register are scalar,
+/// because sums on lanes would fill the cache, and a gradient adds four registers to each sum that it loads.
+const fn has_many_parameters<M: Model>() -> bool {
     M::PARAMETERS > 64
 }
 
 /// Returns true if sums over few samples use narrower lanes.
 const fn uses_narrower<M: Model, Wide: Lanes>() -> bool {
-    !sums_are_scalar::<M>() && has_narrower::<Wide>()
+    !has_many_parameters::<M>() && has_narrower::<Wide>()
 }
 
 kernel! {
@@ -38,12 +38,12 @@ kernel! {
         gradient: &'a mut M::Parameters<f32>,
     ) -> f32 {
         let count = octets.len();
-        if const { sums_are_scalar::<M>() } && count <= Narrowest::<Wide>::OCTETS {
+        if const { has_many_parameters::<M>() } && count <= Narrowest::<Wide>::OCTETS {
             add_gradients::<ScalarSums<Narrowest<Wide>>, M>(theta, samples, octets, gradient)
         } else if const { uses_narrower::<M, Wide>() } && count <= Narrowest::<Wide>::OCTETS {
             add_gradients::<Narrowest<Wide>, M>(theta, samples, octets, gradient)
-        } else if const { has_two_narrower::<Wide>() } && count <= Wide::Narrow::OCTETS {
-            add_gradients::<Wide::Narrow, M>(theta, samples, octets, gradient)
+        } else if const { has_many_parameters::<M>() } && count > Wide::OCTETS {
+            add_gradients::<RegisterPair<Wide>, M>(theta, samples, octets, gradient)
         } else {
             add_gradients::<Wide, M>(theta, samples, octets, gradient)
         }
@@ -81,7 +81,7 @@ kernel! {
     ) {
         let count = octets.len();
         // Derivatives of few samples are almost free, so they are always computed: one kernel serves both cases.
-        if const { sums_are_scalar::<M>() } && count <= Narrowest::<Wide>::OCTETS {
+        if const { has_many_parameters::<M>() } && count <= Narrowest::<Wide>::OCTETS {
             type Narrow<L> = ScalarSums<Narrowest<L>>;
             add_products::<Narrow<Wide>, M, true>(theta, samples, octets, product, derivatives);
         } else if const { uses_narrower::<M, Wide>() } && count <= Narrowest::<Wide>::OCTETS {

@@ -1,6 +1,8 @@
 //! Elementary functions on the lanes of every instruction set of this machine.
 
-use glimpse_kernels::lanes::{InstructionSet, Kernel, Lanes, Octet, PortableLanes, WIDTH};
+use glimpse_kernels::lanes::{
+    InstructionSet, Kernel, Lanes, MAX_OCTETS, Octet, PortableLanes, WIDTH,
+};
 
 struct ExpAndLn([f32; WIDTH]);
 impl Kernel for ExpAndLn {
@@ -8,8 +10,8 @@ impl Kernel for ExpAndLn {
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
         let octet = Octet(self.0);
-        let x = L::load([&octet; 4]);
-        let [mut exp, mut ln] = [[Octet::default(); 4]; 2];
+        let x = L::load([&octet; MAX_OCTETS]);
+        let [mut exp, mut ln] = [[Octet::default(); MAX_OCTETS]; 2];
         x.exp().store(&mut exp);
         x.ln().store(&mut ln);
         // All octets of a wide register were loaded with the same values.

@@ -141,10 +141,7 @@ impl Workload {
         let outer = draw(outer);
         let mut gradient = MetaGradient::<M, f32>::default();
         Box::new(move || {
-            let lists: Vec<_> = draws
-                .iter()
-                .map(|draw| draw.octets().back_to_back())
-                .collect();
+            let lists: Vec<_> = draws.iter().map(|draw| draw.octets()).collect();
             let lists: Vec<_> = lists.iter().collect();
             M::meta_gradient(&mut gradient, &inner_loop, &lists, &outer.octets(), None);
         })

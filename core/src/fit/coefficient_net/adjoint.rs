@@ -67,10 +67,10 @@ impl<S: Scalar> CoefficientNet<'_, S, Plain> {
             }
         }
         let sums = red.iter().zip(&*green).zip(&*blue).zip(&mut *shared);
-        for (((red, green), blue), shared) in sums {
+        for ((((red, green), blue), shared), by_bias) in sums.zip(&mut *gradient.bias) {
             *shared = *red + *green + *blue;
+            S::add_to(by_bias, *shared);
         }
-        S::add_all(gradient.bias, shared);
 
         let columns = gradient
             .readings

@@ -140,10 +140,11 @@ impl<S: Scalar> StartNet<'_, S, Plain> {
                 *by_unit = by_unit.plus_product(*by_parameter, S::broadcast(*weight));
             }
         }
-        for (by_unit, unit) in by_units.iter_mut().zip(units) {
+        let units = by_units.iter_mut().zip(units);
+        for ((by_unit, unit), by_bias) in units.zip(&mut *gradient.bias) {
             *by_unit = *by_unit * (one - *unit * *unit);
+            S::add_to(by_bias, *by_unit);
         }
-        S::add_all(gradient.bias, by_units);
         let (factor, squares) = limit(coefficients);
         // The derivative of s with respect to a is -s a / |a|^2 above the limit.
         let mut by_factor = S::constant(0.0);

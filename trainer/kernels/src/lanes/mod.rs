@@ -4,8 +4,9 @@
 //! build uses AVX-512, or AVX2 and FMA, if the processor has them. On 64-bit Arm the portable lanes compile to NEON,
 //! which is always available there.
 //!
-//! The whole kernel must be inlined into [`InstructionSet::run`]. Mark its functions `#[inline(always)]`, and write loops instead of
-//! `array::map` or `from_fn`: the compiler does not inline their closures.
+//! The whole kernel must be inlined into [`InstructionSet::run`]. Mark its functions `#[inline(always)]`, write loops
+//! instead of `array::map` or `from_fn`, and iterate over arrays by reference: the compiler does not inline closures and
+//! iterators of arrays by value.
 
 #[cfg(target_arch = "x86_64")]
 mod arithmetic;
@@ -25,7 +26,7 @@ pub use instruction_set::InstructionSet;
 pub use octet::{MAX_OCTETS, Octet, OctetDirections, Octets, WIDTH};
 pub(crate) use octet::{coordinates, coordinates_mut, from_coordinates};
 pub use portable::PortableLanes;
-pub use register::{Kernel, Lanes, Narrowest, has_narrower, has_two_narrower, load_directions};
-pub(crate) use register::{add_totals, kernel};
+pub use register::{Kernel, Lanes, Narrowest, has_narrower, load_directions};
+pub(crate) use register::{add_totals, kernel, load};
 pub use register_pair::RegisterPair;
 pub use scalar_sums::ScalarSums;

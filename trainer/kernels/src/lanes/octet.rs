@@ -58,4 +58,4 @@ pub(crate) fn from_coordinates<T>([hx, hz, dx, dy, dz]: [T; 5]) -> HalfDifferenc
 pub type Octets<'a> = [&'a Octet; MAX_OCTETS];
 
 /// The largest [`Lanes::OCTETS`](super::Lanes::OCTETS).
-pub const MAX_OCTETS: usize = 4;
+pub const MAX_OCTETS: usize = 8;

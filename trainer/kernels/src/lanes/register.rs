@@ -126,23 +126,29 @@ pub const fn has_narrower<L: Lanes>() -> bool {
     Narrowest::<L>::OCTETS < L::OCTETS
 }
 
-/// Returns true if there are two narrower widths than `L`.
-#[must_use]
-pub const fn has_two_narrower<L: Lanes>() -> bool {
-    Narrowest::<L>::OCTETS < L::Narrow::OCTETS
+/// Loads lanes from the same octet of each of [`MAX_OCTETS`] items. This is a macro because the compiler does not inline
+/// closures in kernels.
+macro_rules! load {
+    ($items:expr, $item:ident => $octet:expr) => {{
+        let $item = &$items[0];
+        let mut octets = [&$octet; $crate::lanes::MAX_OCTETS];
+        for (octet, $item) in octets.iter_mut().zip(&$items) {
+            *octet = &$octet;
+        }
+        L::load(octets)
+    }};
 }
+pub(crate) use load;
 
 /// Loads half and difference vectors.
 #[inline(always)]
-pub fn load_directions<L: Lanes>(
-    [a, b, c, d]: [&OctetDirections; MAX_OCTETS],
-) -> HalfDifference<L> {
+pub fn load_directions<L: Lanes>(octets: [&OctetDirections; MAX_OCTETS]) -> HalfDifference<L> {
     HalfDifference {
-        hx: L::load([&a.hx, &b.hx, &c.hx, &d.hx]),
-        hz: L::load([&a.hz, &b.hz, &c.hz, &d.hz]),
-        dx: L::load([&a.dx, &b.dx, &c.dx, &d.dx]),
-        dy: L::load([&a.dy, &b.dy, &c.dy, &d.dy]),
-        dz: L::load([&a.dz, &b.dz, &c.dz, &d.dz]),
+        hx: load!(octets, at => at.hx),
+        hz: load!(octets, at => at.hz),
+        dx: load!(octets, at => at.dx),
+        dy: load!(octets, at => at.dy),
+        dz: load!(octets, at => at.dz),
     }
 }
 

@@ -34,13 +34,13 @@ impl<L: Lanes> Lanes for RegisterPair<L> {
     type Single = L::Single;
 
     #[inline(always)]
-    fn load([a, b, c, d]: Octets<'_>) -> Self {
+    fn load(octets: Octets<'_>) -> Self {
         // `L::load` reads only the first `L::OCTETS` octets of its argument; the others are fillers.
-        let second = match L::OCTETS {
-            1 => [b, b, b, b],
-            _ => [c, d, d, d],
-        };
-        Self(L::load([a, b, b, b]), L::load(second))
+        let mut second = octets;
+        for (to, from) in second.iter_mut().zip(&octets[L::OCTETS..]) {
+            *to = from;
+        }
+        Self(L::load(octets), L::load(second))
     }
     #[inline(always)]
     fn store(self, octets: &mut [Octet]) {

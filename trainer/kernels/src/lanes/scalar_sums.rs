@@ -4,10 +4,10 @@
 //! sample. If one register holds all samples, this final addition takes longer than computing the entries. Here each
 //! entry is one number instead.
 
-use glimpse_core::numeric::Scalar;
+use glimpse_core::numeric::{Scalar, TERMS};
 
 use super::register::lanewise;
-use super::{Lanes, Octet, Octets, WIDTH};
+use super::{Lanes, Octet, Octets};
 
 /// Lanes that are reduced to one number before they are added to a sum.
 #[derive(Clone, Copy, Debug)]
@@ -15,20 +15,10 @@ pub struct ScalarSums<L>(L);
 
 lanewise!(operators of ScalarSums: 0);
 
-/// Adds the totals of `terms` to `sums`, which has at most eight entries.
-#[inline(always)]
-fn add_totals<L: Lanes>(sums: &mut [f32], terms: &[L::Sum; WIDTH]) {
-    let mut totals = [0.0; WIDTH];
-    L::totals(terms, &mut totals);
-    for (sum, total) in sums.iter_mut().zip(&totals) {
-        *sum += total;
-    }
-}
-
 impl<L: Lanes> Scalar for ScalarSums<L> {
     type Parameter = f32;
     type Sum = f32;
-    const HAS_FAST_ADD_ALL: bool = true;
+    const ADDS_TERMS_TOGETHER: bool = true;
 
     lanewise!(methods: 0);
     #[inline(always)]
@@ -40,29 +30,18 @@ impl<L: Lanes> Scalar for ScalarSums<L> {
         *sum += a.0.total();
     }
     #[inline(always)]
-    fn add_outer_product<const I: usize, const J: usize>(
-        sums: [&mut [f32; J]; I],
-        a: [Self; I],
-        b: &[Self; J],
-    ) {
-        for (row, a) in sums.into_iter().zip(&a) {
-            for (sums, b) in row.chunks_mut(WIDTH).zip(b.chunks(WIDTH)) {
-                let mut terms = [L::zero_sum(); WIDTH];
-                for (term, b) in terms.iter_mut().zip(b) {
-                    L::add_product(term, a.0, b.0);
-                }
-                add_totals::<L>(sums, &terms);
-            }
+    fn add_terms(sums: &mut [f32], terms: &[Self; TERMS]) {
+        if sums.is_empty() {
+            return;
         }
-    }
-    #[inline(always)]
-    fn add_all(sums: &mut [f32], terms: &[Self]) {
-        for (sums, list) in sums.chunks_mut(WIDTH).zip(terms.chunks(WIDTH)) {
-            let mut terms = [L::zero_sum(); WIDTH];
-            for (term, entry) in terms.iter_mut().zip(list) {
-                L::add_to(term, entry.0);
-            }
-            add_totals::<L>(sums, &terms);
+        let mut registers = [L::zero_sum(); TERMS];
+        for (register, term) in registers.iter_mut().zip(terms) {
+            L::add_to(register, term.0);
+        }
+        let mut totals = [0.0; TERMS];
+        L::totals(&registers, &mut totals);
+        for (sum, total) in sums.iter_mut().zip(&totals) {
+            *sum += *total;
         }
     }
 }

@@ -56,7 +56,6 @@ impl<'a> WeightedSamples<'a> {
             values: &self.values,
             weights: &self.weights,
             instruction_set: InstructionSet::detect(),
-            back_to_back: false,
         }
     }
 }

@@ -2,10 +2,9 @@
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{CookTorrance, CookTorranceParameters, ParameterSet};
-use glimpse_kernels::Dual;
-use glimpse_kernels::LaneModel;
 use glimpse_kernels::lanes::{InstructionSet, Octet, WIDTH};
 use glimpse_kernels::samples::SampleOctets;
+use glimpse_kernels::{Dual, LaneModel};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -71,7 +70,6 @@ fn cook_torrance_is_finite_at_extremes() {
                     values: &[measured],
                     weights: &[weights],
                     instruction_set,
-                    back_to_back: false,
                 },
             );
             assert!(
