@@ -42,65 +42,55 @@ const PARAMETERS: usize = 6 * HIDDEN + HIDDEN + HIDDEN * HIDDEN + HIDDEN + HIDDE
 /// Row 1 of the first layer belongs to hy, which is always 0. It has no effect and no gradient.
 pub type NeuralParameters<T> = [T; PARAMETERS];
 
-/// The layers of a network, or of a gradient.
-struct Layers<'a, T> {
-    fc1: &'a [[T; HIDDEN]; 6],
-    b1: &'a [T; HIDDEN],
-    fc2: &'a [[T; HIDDEN]; HIDDEN],
-    b2: &'a [T; HIDDEN],
-    fc3: &'a [[T; 3]; HIDDEN],
-    b3: &'a [T; 3],
-}
+/// Defines the layers of parameters: their references, and the functions that split these.
+macro_rules! layers {
+    ($name:ident, $split:ident, $bias:ident, $rows:ident, $weights:ident $(, $mut:ident)?) => {
+        struct $name<'a, T> {
+            fc1: &'a $($mut)? [[T; HIDDEN]; 6],
+            b1: &'a $($mut)? [T; HIDDEN],
+            fc2: &'a $($mut)? [[T; HIDDEN]; HIDDEN],
+            b2: &'a $($mut)? [T; HIDDEN],
+            fc3: &'a $($mut)? [[T; 3]; HIDDEN],
+            b3: &'a $($mut)? [T; 3],
+        }
 
-impl<'a, T> Layers<'a, T> {
-    /// Splits the parameters into layers. It never returns None. The compiler removes the checks, because all lengths
-    /// are constants.
-    #[inline(always)]
-    fn of(parameters: &'a NeuralParameters<T>) -> Option<Self> {
-        let (fc1, rest) = parameters.split_at_checked(6 * HIDDEN)?;
-        let (b1, rest) = rest.split_first_chunk()?;
-        let (fc2, rest) = rest.split_at_checked(HIDDEN * HIDDEN)?;
-        let (b2, rest) = rest.split_first_chunk()?;
-        let (fc3, rest) = rest.split_at_checked(HIDDEN * 3)?;
-        Some(Self {
-            fc1: fc1.as_chunks().0.first_chunk()?,
-            b1,
-            fc2: fc2.as_chunks().0.first_chunk()?,
-            b2,
-            fc3: fc3.as_chunks().0.first_chunk()?,
-            b3: rest.first_chunk()?,
-        })
-    }
+        impl<'a, T> $name<'a, T> {
+            /// Splits the parameters into layers. It never returns None. The compiler removes the checks, because all
+            /// lengths are constants.
+            #[inline(always)]
+            fn of(parameters: &'a $($mut)? NeuralParameters<T>) -> Option<Self> {
+                let (fc1, rest) = parameters.$split(6 * HIDDEN)?;
+                let (b1, rest) = rest.$bias()?;
+                let (fc2, rest) = rest.$split(HIDDEN * HIDDEN)?;
+                let (b2, rest) = rest.$bias()?;
+                let (fc3, rest) = rest.$split(HIDDEN * 3)?;
+                Some(Self {
+                    fc1: fc1.$rows().0.$weights()?,
+                    b1,
+                    fc2: fc2.$rows().0.$weights()?,
+                    b2,
+                    fc3: fc3.$rows().0.$weights()?,
+                    b3: rest.$weights()?,
+                })
+            }
+        }
+    };
 }
-
-/// The layers of a gradient, mutable.
-struct LayersMut<'a, T> {
-    fc1: &'a mut [[T; HIDDEN]; 6],
-    b1: &'a mut [T; HIDDEN],
-    fc2: &'a mut [[T; HIDDEN]; HIDDEN],
-    b2: &'a mut [T; HIDDEN],
-    fc3: &'a mut [[T; 3]; HIDDEN],
-    b3: &'a mut [T; 3],
-}
-
-impl<'a, T> LayersMut<'a, T> {
-    #[inline(always)]
-    fn of(parameters: &'a mut NeuralParameters<T>) -> Option<Self> {
-        let (fc1, rest) = parameters.split_at_mut_checked(6 * HIDDEN)?;
-        let (b1, rest) = rest.split_first_chunk_mut()?;
-        let (fc2, rest) = rest.split_at_mut_checked(HIDDEN * HIDDEN)?;
-        let (b2, rest) = rest.split_first_chunk_mut()?;
-        let (fc3, rest) = rest.split_at_mut_checked(HIDDEN * 3)?;
-        Some(Self {
-            fc1: fc1.as_chunks_mut().0.first_chunk_mut()?,
-            b1,
-            fc2: fc2.as_chunks_mut().0.first_chunk_mut()?,
-            b2,
-            fc3: fc3.as_chunks_mut().0.first_chunk_mut()?,
-            b3: rest.first_chunk_mut()?,
-        })
-    }
-}
+layers!(
+    Layers,
+    split_at_checked,
+    split_first_chunk,
+    as_chunks,
+    first_chunk
+);
+layers!(
+    LayersMut,
+    split_at_mut_checked,
+    split_first_chunk_mut,
+    as_chunks_mut,
+    first_chunk_mut,
+    mut
+);
 
 /// Computes a layer: bias + inputs * weights, followed by a ReLU with `RELU`. The options are constants, because
 /// functions as arguments are not inlined where SIMD lanes are compiled.

@@ -95,9 +95,6 @@ pub trait Scalar:
     /// `sums[i] += terms[i]`.
     #[inline(always)]
     fn add_all<const N: usize>(sums: &mut [Self::Sum; N], terms: &[Self; N]) {
-        if Self::ADDS_TERMS_TOGETHER {
-            return Self::add_outer_product([sums], [Self::constant(1.0)], terms);
-        }
         for (sum, term) in sums.iter_mut().zip(terms) {
             Self::add_to(sum, *term);
         }

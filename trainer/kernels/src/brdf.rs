@@ -6,7 +6,7 @@ use glimpse_core::model::{Model, Neural, NeuralParameters};
 use crate::dual::Dual;
 use crate::lanes::{
     InstructionSet, Lanes, MAX_OCTETS, Narrowest, Octet, OctetDirections, WIDTH, coordinates,
-    from_coordinates, has_narrower, kernel, load_directions,
+    from_coordinates, kernel, load_directions,
 };
 
 kernel! {
@@ -17,7 +17,7 @@ kernel! {
         at: &'a [HalfDifference<f32>],
         brdf: &'a mut [[f32; 3]],
     ) {
-        if const { has_narrower::<L>() } && at.len() <= WIDTH {
+        if const { Narrowest::<L>::OCTETS < L::OCTETS } && at.len() <= WIDTH {
             evaluate_on::<Narrowest<L>, M>(parameters, at, brdf);
         } else {
             evaluate_on::<L, M>(parameters, at, brdf);

@@ -23,7 +23,9 @@ use glimpse_core::numeric::{self, Scalar};
 
 use crate::dual::Dual;
 use crate::inner_loop::Real;
-use crate::lanes::{Lanes, MAX_OCTETS, Octet, WIDTH, coordinates, coordinates_mut, kernel};
+use crate::lanes::{
+    Lanes, MAX_OCTETS, Octet, WIDTH, add_totals, coordinates, coordinates_mut, kernel,
+};
 use crate::samples::{SampleOctets, entries, entries_mut};
 use crate::sums::{add_to_octets, constant_directions};
 
@@ -454,20 +456,8 @@ kernel! {
             }
             add_to_octets(adjoint.sample, derivatives.iter_mut().map(|sum| &mut sum.sample));
         }
-        let mut totals = M::Parameters::filled(0.0);
-        L::totals(
-            tangent_sums.as_slice().as_flattened(),
-            totals.as_mut_slice(),
-        );
-        add_all(gradient, &totals);
-        L::totals(sums.as_slice(), totals.as_mut_slice());
-        add_all(gradient, &totals);
+        add_totals::<L>(tangent_sums.as_slice().as_flattened(), gradient.as_mut_slice());
+        add_totals::<L>(sums.as_slice(), gradient.as_mut_slice());
         by_error_scale.total()
-    }
-}
-
-fn add_all<P: ParameterSet<f32>>(sum: &mut P, terms: &P) {
-    for (entry, term) in sum.iter_mut().zip(terms.iter()) {
-        *entry += term;
     }
 }

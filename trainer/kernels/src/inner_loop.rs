@@ -75,12 +75,10 @@ impl<M: Model, R: Real> InnerLoop<M, R> {
     /// Returns the parameters after K steps on one list, without the meta-gradient.
     pub fn fit(&self, inner: &(impl SampleList<M, R> + ?Sized)) -> M::Parameters<R> {
         let mut theta = self.initial.clone();
-        let mut next = theta.clone();
         let mut gradient = M::Parameters::filled(R::constant(0.0));
         for _ in 0..self.steps {
             inner.gradient(&theta, &mut gradient);
-            descend::<M, R>(&theta, &gradient, &self.step_sizes, &mut next);
-            std::mem::swap(&mut theta, &mut next);
+            descend::<M, R>(&mut theta, &gradient, &self.step_sizes);
         }
         theta
     }
@@ -88,17 +86,15 @@ impl<M: Model, R: Real> InnerLoop<M, R> {
 
 kernel! {
     on InstructionSet::detect();
-    /// Takes one step of descent: theta_{k+1} = theta_k - alpha * gradient.
+    /// Takes one step of descent: subtracts alpha * gradient from theta.
     fn descend<'a, L: Lanes, M: Model, R: Real>(
-        theta: &'a M::Parameters<R>,
+        theta: &'a mut M::Parameters<R>,
         gradient: &'a M::Parameters<R>,
         step_sizes: &'a M::Parameters<R>,
-        next: &'a mut M::Parameters<R>,
     ) {
-        let entries = theta.iter().zip(gradient.iter());
-        let entries = entries.zip(step_sizes.iter());
-        for (next, ((parameter, entry), step_size)) in next.iter_mut().zip(entries) {
-            *next = *parameter - *step_size * *entry;
+        let steps = gradient.iter().zip(step_sizes.iter());
+        for (parameter, (entry, step_size)) in theta.iter_mut().zip(steps) {
+            *parameter = *parameter - *step_size * *entry;
         }
     }
 }
@@ -116,27 +112,12 @@ kernel! {
         dual: &'a mut M::Parameters<Dual<R>>,
     ) {
         let entries = lambda.iter().zip(gradient.iter());
-        for (by_step_size, (lambda, entry)) in by_step_sizes.iter_mut().zip(entries) {
+        let entries = entries.zip(theta.iter().zip(step_sizes.iter()));
+        let outputs = by_step_sizes.iter_mut().zip(dual.iter_mut());
+        for ((by_step_size, dual), ((lambda, entry), (value, step_size))) in outputs.zip(entries) {
             *by_step_size = *by_step_size - *lambda * *entry;
-        }
-        let values = theta.iter();
-        let tangents = step_sizes.iter().zip(lambda.iter());
-        for ((dual, value), (step_size, lambda)) in dual.iter_mut().zip(values).zip(tangents) {
             dual.value = *value;
             dual.tangent = [*step_size * *lambda];
-        }
-    }
-}
-
-kernel! {
-    on InstructionSet::detect();
-    /// Ends one step of the reverse sweep: subtracts the Hessian-vector product from lambda.
-    fn subtract<'a, L: Lanes, M: Model, R: Real>(
-        lambda: &'a mut M::Parameters<R>,
-        product: &'a M::Parameters<R>,
-    ) {
-        for (lambda, product) in lambda.iter_mut().zip(product.iter()) {
-            *lambda = *lambda - *product;
         }
     }
 }
@@ -187,12 +168,8 @@ impl<M: Model, R: Real> MetaGradient<M, R> {
         let mut theta = &inner_loop.initial;
         for (index, step) in self.trajectory.iter_mut().enumerate() {
             list_at(index).gradient(theta, &mut step.gradient);
-            descend::<M, R>(
-                theta,
-                &step.gradient,
-                &inner_loop.step_sizes,
-                &mut step.next,
-            );
+            step.next.clone_from(theta);
+            descend::<M, R>(&mut step.next, &step.gradient, &inner_loop.step_sizes);
             theta = &step.next;
         }
         let lambda = &mut self.initial;
@@ -215,7 +192,9 @@ impl<M: Model, R: Real> MetaGradient<M, R> {
                 &mut dual,
             );
             list_at(index).product(&dual, &mut product, derivatives.as_deref_mut());
-            subtract::<M, R>(lambda, &product);
+            for (lambda, product) in lambda.iter_mut().zip(product.iter()) {
+                *lambda = *lambda - *product;
+            }
         }
         loss
     }

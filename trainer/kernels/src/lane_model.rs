@@ -88,14 +88,14 @@ lane_model! {
     fn meta_gradient(
         meta_gradient: &mut MetaGradient<Self, f32>,
         inner_loop: &InnerLoop<Self, f32>,
-        inner: &[&SampleOctets<'_>],
+        inner: &[SampleOctets<'_>],
         outer: &SampleOctets<'_>,
         derivatives: Option<&mut [SampleGradient<Octet>]>,
     ) -> f32 {
-        let lists = inner.iter().copied().chain([outer]);
-        Crew::run(lists.map(chunks).max().unwrap_or(1), |crew| {
+        let lists = inner.iter().chain([outer]);
+        Crew::run(lists.map(|list| chunks(list).len()).max().unwrap_or(1), |crew| {
             let share = |samples| SharedList::<Self> { samples, crew: Some(crew) };
-            let inner: Vec<_> = inner.iter().copied().map(share).collect();
+            let inner: Vec<_> = inner.iter().map(share).collect();
             let inner: Vec<_> = inner.iter().collect();
             meta_gradient.compute(inner_loop, &inner, &share(outer), derivatives)
         })

@@ -27,16 +27,15 @@ pub(crate) struct SharedList<'c, 's, M: Model> {
     pub(crate) crew: Option<&'c Crew<'s, Sum<M>>>,
 }
 
-/// Returns the number of octets in a chunk. It does not depend on the number of threads.
-fn chunk_size(octets: usize) -> usize {
-    let size = octets.div_ceil(MAX_CHUNKS).next_multiple_of(MAX_OCTETS);
-    size.max(MIN_CHUNK)
-}
-
-/// Returns the number of chunks of samples.
-pub(crate) fn chunks(samples: &SampleOctets<'_>) -> usize {
+/// Returns the chunks of samples, as ranges of octets. They do not depend on the number of threads.
+pub(crate) fn chunks(samples: &SampleOctets<'_>) -> Vec<Range<usize>> {
     let octets = samples.octets();
-    octets.div_ceil(chunk_size(octets))
+    let size = octets.div_ceil(MAX_CHUNKS).next_multiple_of(MAX_OCTETS);
+    let size = size.max(MIN_CHUNK);
+    let starts = (0..octets).step_by(size);
+    starts
+        .map(|start| start..(start + size).min(octets))
+        .collect()
 }
 
 impl<'s, M: Model> SharedList<'_, 's, M> {
@@ -48,16 +47,18 @@ impl<'s, M: Model> SharedList<'_, 's, M> {
         compute: fn(&T, &'s SampleOctets<'s>, Range<usize>, &mut M::Parameters<f32>) -> f32,
     ) -> f32 {
         let samples = self.samples;
-        let octets = samples.octets();
-        let (size, count) = (chunk_size(octets), chunks(samples));
+        let chunks = chunks(samples);
+        let count = chunks.len();
         if count <= 1 {
-            return compute(theta, samples, 0..octets, sum);
+            return compute(theta, samples, 0..samples.octets(), sum);
         }
         let theta = theta.clone();
         let chunk_sum = move |chunk: usize| {
             let mut sum = M::Parameters::filled(0.0);
-            let octets = chunk * size..((chunk + 1) * size).min(octets);
-            (compute(&theta, samples, octets, &mut sum), sum)
+            (
+                compute(&theta, samples, chunks[chunk].clone(), &mut sum),
+                sum,
+            )
         };
         let sums: Vec<Sum<M>> = match self.crew {
             Some(crew) => crew.map(count, chunk_sum),

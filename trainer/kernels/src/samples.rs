@@ -58,13 +58,13 @@ impl SampleOctets<'_> {
                 weights[k] = &self.weights[index];
             }
         }
-        let mut measured = [L::constant(0.0); 3];
-        for (channel, measured) in measured.iter_mut().enumerate() {
-            *measured = load!(values, rgb => rgb[channel]);
-        }
         Sample {
             at: load_directions(at),
-            measured,
+            measured: [
+                load!(values, rgb => rgb[0]),
+                load!(values, rgb => rgb[1]),
+                load!(values, rgb => rgb[2]),
+            ],
             weight: L::load(weights),
         }
     }

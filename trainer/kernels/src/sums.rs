@@ -13,7 +13,7 @@ use glimpse_core::numeric::Scalar;
 use crate::dual::Dual;
 use crate::lanes::{
     Lanes, MAX_OCTETS, Narrowest, Octet, RegisterPair, ScalarSums, WIDTH, coordinates,
-    coordinates_mut, has_narrower, kernel,
+    coordinates_mut, kernel,
 };
 use crate::samples::{SampleOctets, entries, entries_mut};
 
@@ -21,11 +21,6 @@ use crate::samples::{SampleOctets, entries, entries_mut};
 /// because sums on lanes would fill the cache, and a gradient adds four registers to each sum that it loads.
 const fn has_many_parameters<M: Model>() -> bool {
     M::PARAMETERS > 64
-}
-
-/// Returns true if sums over few samples use narrower lanes.
-const fn uses_narrower<M: Model, Wide: Lanes>() -> bool {
-    !has_many_parameters::<M>() && has_narrower::<Wide>()
 }
 
 kernel! {
@@ -40,7 +35,7 @@ kernel! {
         let count = octets.len();
         if const { has_many_parameters::<M>() } && count <= Narrowest::<Wide>::OCTETS {
             add_gradients::<ScalarSums<Narrowest<Wide>>, M>(theta, samples, octets, gradient)
-        } else if const { uses_narrower::<M, Wide>() } && count <= Narrowest::<Wide>::OCTETS {
+        } else if const { !has_many_parameters::<M>() } && count <= Narrowest::<Wide>::OCTETS {
             add_gradients::<Narrowest<Wide>, M>(theta, samples, octets, gradient)
         } else if const { has_many_parameters::<M>() } && count > Wide::OCTETS {
             add_gradients::<RegisterPair<Wide>, M>(theta, samples, octets, gradient)
@@ -84,7 +79,7 @@ kernel! {
         if const { has_many_parameters::<M>() } && count <= Narrowest::<Wide>::OCTETS {
             type Narrow<L> = ScalarSums<Narrowest<L>>;
             add_products::<Narrow<Wide>, M, true>(theta, samples, octets, product, derivatives);
-        } else if const { uses_narrower::<M, Wide>() } && count <= Narrowest::<Wide>::OCTETS {
+        } else if const { !has_many_parameters::<M>() } && count <= Narrowest::<Wide>::OCTETS {
             add_products::<Narrowest<Wide>, M, true>(theta, samples, octets, product, derivatives);
         } else if derivatives.is_some() {
             add_products::<Wide, M, true>(theta, samples, octets, product, derivatives);

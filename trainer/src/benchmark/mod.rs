@@ -142,7 +142,6 @@ impl Workload {
         let mut gradient = MetaGradient::<M, f32>::default();
         Box::new(move || {
             let lists: Vec<_> = draws.iter().map(|draw| draw.octets()).collect();
-            let lists: Vec<_> = lists.iter().collect();
             M::meta_gradient(&mut gradient, &inner_loop, &lists, &outer.octets(), None);
         })
     }
@@ -164,7 +163,7 @@ impl Workload {
             M::meta_gradient(
                 &mut gradient,
                 &inner_loop,
-                &[&inner],
+                &[inner],
                 &outer,
                 Some(&mut derivatives),
             );

@@ -120,12 +120,6 @@ pub trait Lanes: Scalar<Parameter = f32> {
 /// The narrowest lanes that `L` can be replaced with: [`Lanes::Narrow`], applied twice.
 pub type Narrowest<L> = <<L as Lanes>::Narrow as Lanes>::Narrow;
 
-/// Returns true if there are narrower lanes than `L`.
-#[must_use]
-pub const fn has_narrower<L: Lanes>() -> bool {
-    Narrowest::<L>::OCTETS < L::OCTETS
-}
-
 /// Loads lanes from the same octet of each of [`MAX_OCTETS`] items. This is a macro because the compiler does not inline
 /// closures in kernels.
 macro_rules! load {

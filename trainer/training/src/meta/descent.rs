@@ -158,7 +158,7 @@ impl<M: LaneModel> DescentObjective<'_, M> {
                 let loss = M::meta_gradient(
                     &mut meta_gradient,
                     inner_loop,
-                    &[&inner],
+                    &[inner],
                     &outer,
                     Some(&mut derivatives),
                 );
@@ -170,8 +170,7 @@ impl<M: LaneModel> DescentObjective<'_, M> {
             }
             InnerSamples::Fresh(count) => {
                 let draws: Vec<_> = (0..inner_loop.steps).map(|_| draw(count)).collect();
-                let lists: Vec<_> = draws.iter().map(|draw| draw.octets()).collect();
-                let inner: Vec<_> = lists.iter().collect();
+                let inner: Vec<_> = draws.iter().map(|draw| draw.octets()).collect();
                 M::meta_gradient(&mut meta_gradient, inner_loop, &inner, &outer, None)
             }
         };

@@ -14,15 +14,10 @@ use glimpse_materials::sampling::RANGE;
 /// The weight of the barrier.
 const BARRIER: f32 = 0.005;
 
-/// Converts the three logits of a sample to angles.
-#[must_use]
-pub fn angles_from_logits(logits: [f32; 3]) -> Angles<f32> {
-    angles_within(logits, &Limits::NONE)
-}
-
-/// Converts logits to angles at which light and sensor have the minimum separation of a goniometer. The polar angles
+/// Converts the three logits of a sample to angles at which light and sensor have the minimum separation of a goniometer. The polar angles
 /// may exceed their limits.
-fn angles_within(logits: [f32; 3], limits: &Limits) -> Angles<f32> {
+#[must_use]
+pub fn angles_within(logits: [f32; 3], limits: &Limits) -> Angles<f32> {
     let min = min_angles(limits);
     let [theta_h, theta_d, phi_d] =
         [0, 1, 2].map(|i| min[i] + (RANGE[i] - min[i]) / (1.0 + (-logits[i]).exp()));
