@@ -42,9 +42,10 @@ const PARAMETERS: usize = 6 * HIDDEN + HIDDEN + HIDDEN * HIDDEN + HIDDEN + HIDDE
 /// Row 1 of the first layer belongs to hy, which is always 0. It has no effect and no gradient.
 pub type NeuralParameters<T> = [T; PARAMETERS];
 
-/// Defines the layers of parameters: their references, and the functions that split these.
+/// Defines references to the layers of a network or a gradient. The arguments are the slice methods that split the
+/// parameters, for shared or for mutable references.
 macro_rules! layers {
-    ($name:ident, $split:ident, $bias:ident, $rows:ident, $weights:ident $(, $mut:ident)?) => {
+    ($name:ident, $split_at:ident, $split_first:ident, $as_chunks:ident, $first:ident $(, $mut:ident)?) => {
         struct $name<'a, T> {
             fc1: &'a $($mut)? [[T; HIDDEN]; 6],
             b1: &'a $($mut)? [T; HIDDEN],
@@ -59,18 +60,18 @@ macro_rules! layers {
             /// lengths are constants.
             #[inline(always)]
             fn of(parameters: &'a $($mut)? NeuralParameters<T>) -> Option<Self> {
-                let (fc1, rest) = parameters.$split(6 * HIDDEN)?;
-                let (b1, rest) = rest.$bias()?;
-                let (fc2, rest) = rest.$split(HIDDEN * HIDDEN)?;
-                let (b2, rest) = rest.$bias()?;
-                let (fc3, rest) = rest.$split(HIDDEN * 3)?;
+                let (fc1, rest) = parameters.$split_at(6 * HIDDEN)?;
+                let (b1, rest) = rest.$split_first()?;
+                let (fc2, rest) = rest.$split_at(HIDDEN * HIDDEN)?;
+                let (b2, rest) = rest.$split_first()?;
+                let (fc3, rest) = rest.$split_at(HIDDEN * 3)?;
                 Some(Self {
-                    fc1: fc1.$rows().0.$weights()?,
+                    fc1: fc1.$as_chunks().0.$first()?,
                     b1,
-                    fc2: fc2.$rows().0.$weights()?,
+                    fc2: fc2.$as_chunks().0.$first()?,
                     b2,
-                    fc3: fc3.$rows().0.$weights()?,
-                    b3: rest.$weights()?,
+                    fc3: fc3.$as_chunks().0.$first()?,
+                    b3: rest.$first()?,
                 })
             }
         }

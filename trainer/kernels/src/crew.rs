@@ -1,6 +1,7 @@
 //! Threads that stay awake during a computation and share its sums.
 //!
-//! Waking a thread takes about 20 us, as long as a sum over 512 samples. So the threads of a crew wait without sleeping.
+//! Waking a thread takes about 20 us, as long as a sum over 512 samples. So the threads of a crew wait for work without
+//! sleeping.
 
 use std::hint::spin_loop;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -53,9 +54,9 @@ impl<'s, R: Clone + Send + Sync> Crew<'s, R> {
         })
     }
 
-    /// Works on all jobs while the computation is present.
-    fn help(&self, computation: Weak<()>) {
-        while computation.strong_count() > 0 {
+    /// Works on all jobs until the computation drops its `presence`.
+    fn help(&self, presence: Weak<()>) {
+        while presence.strong_count() > 0 {
             let job = self
                 .0
                 .lock()

@@ -121,6 +121,7 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
         }
     }
 
+    /// Only for one tangent: see [`ADDS_TERMS_TOGETHER`](Scalar::ADDS_TERMS_TOGETHER).
     #[inline(always)]
     fn add_terms(sums: &mut [Self::Sum], terms: &[Self; TERMS]) {
         let mut tangents = [T::constant(0.0); TERMS];

@@ -17,8 +17,8 @@ use crate::lanes::{
 };
 use crate::samples::{SampleOctets, entries, entries_mut};
 
-/// Returns true if sums take most of the time and memory. Then those over a list that fits in one register are scalar,
-/// because sums on lanes would fill the cache, and a gradient adds four registers to each sum that it loads.
+/// Returns true if sums on lanes would fill the cache. Then sums over a list that fits in one register are scalar, and a
+/// gradient over a long list adds four registers to a sum each time that it loads the sum.
 const fn has_many_parameters<M: Model>() -> bool {
     M::PARAMETERS > 64
 }

@@ -120,8 +120,8 @@ pub trait Lanes: Scalar<Parameter = f32> {
 /// The narrowest lanes that `L` can be replaced with: [`Lanes::Narrow`], applied twice.
 pub type Narrowest<L> = <<L as Lanes>::Narrow as Lanes>::Narrow;
 
-/// Loads lanes from the same octet of each of [`MAX_OCTETS`] items. This is a macro because the compiler does not inline
-/// closures in kernels.
+/// Loads lanes from the same octet of each of [`MAX_OCTETS`] items. This is a macro because the compiler does not
+/// inline closures in kernels.
 macro_rules! load {
     ($items:expr, $item:ident => $octet:expr) => {{
         let $item = &$items[0];

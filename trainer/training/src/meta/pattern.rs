@@ -14,8 +14,8 @@ use glimpse_materials::sampling::RANGE;
 /// The weight of the barrier.
 const BARRIER: f32 = 0.005;
 
-/// Converts the three logits of a sample to angles at which light and sensor have the minimum separation of a goniometer. The polar angles
-/// may exceed their limits.
+/// Converts the three logits of a sample to angles at which light and sensor have the minimum separation of a
+/// goniometer. The polar angles may exceed their limits.
 #[must_use]
 pub fn angles_within(logits: [f32; 3], limits: &Limits) -> Angles<f32> {
     let min = min_angles(limits);
