@@ -13,7 +13,7 @@ use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{Material, Procedural};
+use glimpse_materials::{Brdf, Material, Procedural};
 use glimpse_training::linear::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
 use glimpse_viewer::WASM;
 use wasmi::{Engine, Instance, Linker, Memory, Module, Store, WasmParams, WasmResults};
@@ -136,7 +136,7 @@ fn fits_and_pictures_match_core_on_host() {
         let recipe = Recipe::parse(&bytes).expect("a recipe");
         let mut readings: Vec<Option<[f32; 3]>> = recipe
             .pattern()
-            .map(|angles| Some(material.brdf(angles)))
+            .map(|angles| Some(material.at_angles(angles)))
             .collect();
         if recipe.tolerates_missing() {
             (readings[1], readings[4]) = (None, None);
@@ -232,7 +232,7 @@ fn table_is_evaluated_and_rendered() {
     let mut reference = Vec::new();
     let mut expected = 0.0;
     for angles in &directions {
-        let brdf = material.brdf(*angles);
+        let brdf = material.at_angles(*angles);
         let at = HalfDifference::from_angles(*angles);
         let tabulated = basis
             .brdf(CHANNEL_COEFFICIENTS, &at)

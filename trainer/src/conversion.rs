@@ -304,8 +304,7 @@ pub fn encode(
                 true => Physical::as_fitted,
                 false => Physical::of,
             };
-            let tables: Vec<Physical<'_, dyn Brdf + '_>> =
-                brdfs.into_iter().map(physical).collect();
+            let tables: Vec<Physical<'_>> = brdfs.into_iter().map(physical).collect();
             let wavelengths = spectrum.map_or(&[][..], |spectrum| spectrum.wavelengths());
             Ok(Encoded {
                 is_changed: tables.iter().any(Physical::is_changed),
@@ -334,7 +333,7 @@ pub fn encode(
 fn table(
     material: &dyn Material,
     wavelengths: &[f32],
-    brdfs: &[Physical<'_, dyn Brdf + '_>],
+    brdfs: &[Physical<'_>],
     format: Format,
     name: &str,
 ) -> Result<Vec<(String, Vec<u8>)>, ConversionError> {

@@ -13,16 +13,12 @@
 //! - [`shading`]: shading models of renderers, fitted to a BRDF
 //! - [`conversion`]: materials in the formats of other programs
 //! - [`scanner`]: the virtual scanner
-//! - [`report`] (feature `program`): tables, plots, pages
-//! - [`benchmark`]: timing of the computations that dominate training
-//! - `experiment` (program only): the paper's tables and figures
-//! - `commands` (program only): one file per subcommand
 //!
-//! All of them build on separate crates: [`glimpse_training`] (meta-learning, recipes), [`glimpse_materials`]
+//! The program `trainer` and its pages are the crate `glimpse_program`. All modules build on separate crates:
+//! [`glimpse_training`] (meta-learning, recipes), [`glimpse_materials`]
 //! (sources of BRDFs, the loss), [`glimpse_optimizer`] (storage and update of the meta-parameters, on burn) and
 //! [`glimpse_kernels`] (SIMD sums over samples, and the adjoint of the fit).
 
-pub mod benchmark;
 pub mod bundled;
 pub mod conversion;
 pub mod evaluation;
@@ -31,7 +27,5 @@ mod least_squares;
 pub mod measurement;
 pub mod metrics;
 pub mod render;
-#[cfg(feature = "program")]
-pub mod report;
 pub mod scanner;
 pub mod shading;

@@ -247,7 +247,7 @@ impl<'a> VirtualScanner<'a> {
         let material = self.material?;
         let mut random = ChaCha8Rng::seed_from_u64(self.noise.seed);
         random.set_stream(self.scan_count << 16 | u64::from(index));
-        Some(Reading::new(material.brdf(angles).map(|f| {
+        Some(Reading::new(material.at_angles(angles).map(|f| {
             (f * (1.0 + self.noise.deviation * standard_normal(&mut random))).max(0.0)
         })))
     }

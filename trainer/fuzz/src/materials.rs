@@ -78,7 +78,7 @@ fn check_source(path: &Path, name: &str) {
             let (brdf, derivative) = material.brdf_with_derivative(angles);
             // Networks and fits extrapolate, and may overflow.
             if let Ok(Format::Merl | Format::Rgl | Format::RglSpectra) = Format::detect(path) {
-                let values = [brdf, material.brdf(angles)];
+                let values = [brdf, material.at_angles(angles)];
                 assert!(values.as_flattened().iter().all(is_valid), "{values:?}");
                 let has_nan = derivative.as_flattened().iter().any(|value| value.is_nan());
                 assert!(!has_nan, "{derivative:?}");

@@ -5,7 +5,7 @@ use glimpse_core::model::{Model, Neural, NeuralParameters};
 
 use crate::dual::Dual;
 use crate::lanes::{
-    InstructionSet, Lanes, MAX_OCTETS, Narrowest, Octet, OctetDirections, WIDTH, coordinates,
+    InstructionSet, Lanes, MAX_OCTETS, Octet, OctetDirections, WIDTH, coordinates,
     from_coordinates, kernel, load_directions,
 };
 
@@ -17,39 +17,26 @@ kernel! {
         at: &'a [HalfDifference<f32>],
         brdf: &'a mut [[f32; 3]],
     ) {
-        if const { Narrowest::<L>::OCTETS < L::OCTETS } && at.len() <= WIDTH {
-            evaluate_on::<Narrowest<L>, M>(parameters, at, brdf);
-        } else {
-            evaluate_on::<L, M>(parameters, at, brdf);
-        }
-    }
-}
-
-#[inline(always)]
-fn evaluate_on<L: Lanes, M: Model>(
-    parameters: &M::Parameters<f32>,
-    at: &[HalfDifference<f32>],
-    brdf: &mut [[f32; 3]],
-) {
-    let count = L::OCTETS * WIDTH;
-    for (at, brdf) in at.chunks(count).zip(brdf.chunks_mut(count)) {
-        let mut octets = [OctetDirections::default(); MAX_OCTETS];
-        for (octet, at) in octets.iter_mut().zip(at.chunks(WIDTH)) {
-            *octet = Octet::transpose(at);
-        }
-        let at = load_directions::<L>(octets.each_ref());
-        let mut values = [[Octet::default(); MAX_OCTETS]; 3];
-        for (stored, value) in values.iter_mut().zip(M::brdf::<L>(parameters, &at)) {
-            value.store(stored);
-        }
-        for (index, rgb) in brdf.iter_mut().enumerate() {
-            let [red, green, blue] = &values;
-            let (octet, lane) = (index / WIDTH, index % WIDTH);
-            *rgb = [
-                red[octet].0[lane],
-                green[octet].0[lane],
-                blue[octet].0[lane],
-            ];
+        let count = L::OCTETS * WIDTH;
+        for (at, brdf) in at.chunks(count).zip(brdf.chunks_mut(count)) {
+            let mut octets = [OctetDirections::default(); MAX_OCTETS];
+            for (octet, at) in octets.iter_mut().zip(at.chunks(WIDTH)) {
+                *octet = Octet::transpose(at);
+            }
+            let at = load_directions::<L>(octets.each_ref());
+            let mut values = [[Octet::default(); MAX_OCTETS]; 3];
+            for (stored, value) in values.iter_mut().zip(M::brdf::<L>(parameters, &at)) {
+                value.store(stored);
+            }
+            for (index, rgb) in brdf.iter_mut().enumerate() {
+                let [red, green, blue] = &values;
+                let (octet, lane) = (index / WIDTH, index % WIDTH);
+                *rgb = [
+                    red[octet].0[lane],
+                    green[octet].0[lane],
+                    blue[octet].0[lane],
+                ];
+            }
         }
     }
 }
@@ -78,7 +65,7 @@ kernel! {
         angles: &'a [Angles<f32>],
         results: &'a mut [BrdfWithDerivative],
     ) {
-        neural_batch_on::<Narrowest<L>>(parameters, angles, results);
+        neural_batch_on::<L::Narrow>(parameters, angles, results);
     }
 }
 

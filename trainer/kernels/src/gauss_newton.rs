@@ -24,7 +24,7 @@ use glimpse_core::numeric::{self, Scalar};
 use crate::dual::Dual;
 use crate::inner_loop::Real;
 use crate::lanes::{
-    Lanes, MAX_OCTETS, Octet, WIDTH, add_totals, coordinates, coordinates_mut, kernel,
+    Lanes, MAX_OCTETS, Octet, OneRegister, WIDTH, add_totals, coordinates, coordinates_mut, kernel,
 };
 use crate::samples::{SampleOctets, entries, entries_mut};
 use crate::sums::{add_to_octets, constant_directions};
@@ -222,12 +222,15 @@ fn sample_adjoint<M: Model, S: Scalar>(
     let (zero, one) = (S::constant(0.0), S::constant(1.0));
     let at = sample.at;
     let dual_at = constant_directions(at);
-    let [along_v, along_delta] = along;
-    let by_v = M::unclamped_brdf::<Dual<S>>(along_v, &dual_at);
-    let by_delta = M::unclamped_brdf::<Dual<S>>(along_delta, &dual_at);
+    // Loops over both tangents, because each copy of the model would take as long to compile.
+    let mut brdf = [[Dual::from_value(zero); 3]; 2];
+    for (brdf, along) in brdf.iter_mut().zip(along) {
+        *brdf = M::unclamped_brdf::<Dual<S>>(along, &dual_at);
+    }
+    let [by_v, by_delta] = brdf;
     let cosine = at.cos_theta_i().relu();
-    let mut a = [Dual::from_value(zero); 3];
-    let mut minus_b = a;
+    // a_j and -b_j.
+    let mut factors = [[Dual::from_value(zero); 3]; 2];
     let mut plain = [zero; 3];
     let mut by_measured = [zero; 3];
     let mut by_weight = zero;
@@ -248,8 +251,8 @@ fn sample_adjoint<M: Model, S: Scalar>(
         let weight = sample.weight * robust;
         let product = rest * along_v;
         let b = weight * along_v;
-        a[channel] = Dual::from_value(weight * rest);
-        minus_b[channel] = Dual::from_value(-b);
+        factors[0][channel] = Dual::from_value(weight * rest);
+        factors[1][channel] = Dual::from_value(-b);
         by_weight = by_weight.plus_product(robust, product);
         // The derivatives of e / (e + |r|) are -e sign(r) / (e + |r|)^2 and |r| / (e + |r|)^2.
         let by_robust = sample.weight * product * inverse;
@@ -260,19 +263,12 @@ fn sample_adjoint<M: Model, S: Scalar>(
         by_measured[channel] = scaled * cosine;
         by_cosine = by_cosine.plus_product(scaled, y);
     }
-    let mut objective = LogBrdf { factor: a };
-    let first =
-        M::accumulate_objective::<Dual<S>, _, true>(along_v, &dual_at, &mut objective, tangents);
-    let mut objective = LogBrdf { factor: minus_b };
-    let second = M::accumulate_objective::<Dual<S>, _, true>(
-        along_delta,
-        &dual_at,
-        &mut objective,
-        tangents,
-    );
     let mut objective = LogBrdf { factor: plain };
     let mut by_at = M::accumulate_objective::<S, _, true>(theta, &at, &mut objective, sums);
-    for dual_by_at in [first, second] {
+    for (along, factor) in along.iter().zip(factors) {
+        let mut objective = LogBrdf { factor };
+        let dual_by_at =
+            M::accumulate_objective::<Dual<S>, _, true>(along, &dual_at, &mut objective, tangents);
         let sums = coordinates_mut(&mut by_at).into_iter();
         for (sum, dual) in sums.zip(coordinates(dual_by_at)) {
             *sum = *sum + dual.tangent[0];
@@ -369,55 +365,44 @@ impl<M: Model> ReadingList<M, f32> for SampleOctets<'_> {
 kernel! {
     on samples.instruction_set;
     /// Computes [`ReadingList::add_to_systems`].
-    fn octet_systems<'a, Wide: Lanes, M: Model>(
+    fn octet_systems<'a, L: OneRegister, M: Model>(
         samples: &'a SampleOctets<'a>,
         theta: &'a M::Parameters<f32>,
         error_scale: f32,
         systems: &'a mut [f32],
     ) {
-        sum_systems::<Wide::Single, M>(samples, theta, error_scale, systems);
-    }
-}
-
-/// Computes the systems of a step, with a sum in each lane.
-#[inline(always)]
-fn sum_systems<L: Lanes + Scalar<Parameter = f32, Sum = L>, M: Model>(
-    samples: &SampleOctets<'_>,
-    theta: &M::Parameters<f32>,
-    error_scale: f32,
-    systems: &mut [f32],
-) {
-    const MAX_SYSTEMS: usize = 3 * system_length(MAX_ACTIVE);
-    let count = M::ACTIVE.count();
-    let error_scale = L::broadcast(error_scale);
-    let mut rows = [[L::constant(0.0); MAX_ACTIVE]; 3];
-    let mut sums = [L::constant(0.0); MAX_SYSTEMS];
-    for octet in (0..samples.octets()).step_by(L::OCTETS) {
-        let sample = samples.read::<L>(octet);
-        let weights = [sample.weight, error_scale];
-        let factors = reading_rows::<M, L>(theta, &sample.at, sample.measured, weights, &mut rows);
-        let mut entry = 0;
-        for channel in 0..3 {
-            if !matches!(M::ACTIVE, Active::PerChannel { .. }) {
-                entry = 0;
-            }
-            let row = &rows[channel][..count];
-            let [scaled, slope, residual] = factors[channel];
-            let (by_row, by_residual) = (scaled * slope, scaled * residual);
-            for k in 0..count {
-                let left = by_row * row[k];
-                for right in &row[..=k] {
-                    sums[entry] = sums[entry].plus_product(left, *right);
+        const MAX_SYSTEMS: usize = 3 * system_length(MAX_ACTIVE);
+        let count = M::ACTIVE.count();
+        let error_scale = L::broadcast(error_scale);
+        let mut rows = [[L::constant(0.0); MAX_ACTIVE]; 3];
+        let mut sums = [L::zero_sum(); MAX_SYSTEMS];
+        for octet in (0..samples.octets()).step_by(L::OCTETS) {
+            let sample = samples.read::<L>(octet);
+            let weights = [sample.weight, error_scale];
+            let factors = reading_rows::<M, L>(theta, &sample.at, sample.measured, weights, &mut rows);
+            let mut entry = 0;
+            for channel in 0..3 {
+                if !matches!(M::ACTIVE, Active::PerChannel { .. }) {
+                    entry = 0;
+                }
+                let row = &rows[channel][..count];
+                let [scaled, slope, residual] = factors[channel];
+                let (by_row, by_residual) = (scaled * slope, scaled * residual);
+                for k in 0..count {
+                    let left = by_row * row[k];
+                    for right in &row[..=k] {
+                        L::add_product(&mut sums[entry], left, *right);
+                        entry += 1;
+                    }
+                }
+                for value in row {
+                    L::add_product(&mut sums[entry], by_residual, *value);
                     entry += 1;
                 }
             }
-            for value in row {
-                sums[entry] = sums[entry].plus_product(by_residual, *value);
-                entry += 1;
-            }
         }
+        L::totals(&sums[..systems.len()], systems);
     }
-    L::totals(&sums[..systems.len()], systems);
 }
 
 kernel! {

@@ -78,7 +78,11 @@ impl<M: Model, R: Real> InnerLoop<M, R> {
         let mut gradient = M::Parameters::filled(R::constant(0.0));
         for _ in 0..self.steps {
             inner.gradient(&theta, &mut gradient);
-            descend::<M, R>(&mut theta, &gradient, &self.step_sizes);
+            descend(
+                theta.as_mut_slice(),
+                gradient.as_slice(),
+                self.step_sizes.as_slice(),
+            );
         }
         theta
     }
@@ -87,13 +91,9 @@ impl<M: Model, R: Real> InnerLoop<M, R> {
 kernel! {
     on InstructionSet::detect();
     /// Takes one step of descent: subtracts alpha * gradient from theta.
-    fn descend<'a, L: Lanes, M: Model, R: Real>(
-        theta: &'a mut M::Parameters<R>,
-        gradient: &'a M::Parameters<R>,
-        step_sizes: &'a M::Parameters<R>,
-    ) {
-        let steps = gradient.iter().zip(step_sizes.iter());
-        for (parameter, (entry, step_size)) in theta.iter_mut().zip(steps) {
+    fn descend<'a, L: Lanes, R: Real>(theta: &'a mut [R], gradient: &'a [R], step_sizes: &'a [R]) {
+        for (parameter, (entry, step_size)) in theta.iter_mut().zip(gradient.iter().zip(step_sizes))
+        {
             *parameter = *parameter - *step_size * *entry;
         }
     }
@@ -101,19 +101,18 @@ kernel! {
 
 kernel! {
     on InstructionSet::detect();
-    /// Begins one step of the reverse sweep: updates the gradient with respect to the step sizes, and writes the dual
-    /// parameters with tangent alpha * lambda.
-    fn ascend<'a, L: Lanes, M: Model, R: Real>(
-        theta: &'a M::Parameters<R>,
-        gradient: &'a M::Parameters<R>,
-        step_sizes: &'a M::Parameters<R>,
-        lambda: &'a M::Parameters<R>,
-        by_step_sizes: &'a mut M::Parameters<R>,
-        dual: &'a mut M::Parameters<Dual<R>>,
+    /// Begins one step of the reverse sweep, of which `forward` has theta, the gradient and the step sizes: updates the
+    /// gradient with respect to the step sizes, and writes the dual parameters with tangent alpha * lambda.
+    fn ascend<'a, L: Lanes, R: Real>(
+        forward: [&'a [R]; 3],
+        lambda: &'a [R],
+        by_step_sizes: &'a mut [R],
+        dual: &'a mut [Dual<R>],
     ) {
-        let entries = lambda.iter().zip(gradient.iter());
-        let entries = entries.zip(theta.iter().zip(step_sizes.iter()));
-        let outputs = by_step_sizes.iter_mut().zip(dual.iter_mut());
+        let [theta, gradient, step_sizes] = forward;
+        let entries = lambda.iter().zip(gradient);
+        let entries = entries.zip(theta.iter().zip(step_sizes));
+        let outputs = by_step_sizes.iter_mut().zip(dual);
         for ((by_step_size, dual), ((lambda, entry), (value, step_size))) in outputs.zip(entries) {
             *by_step_size = *by_step_size - *lambda * *entry;
             dual.value = *value;
@@ -165,11 +164,16 @@ impl<M: Model, R: Real> MetaGradient<M, R> {
             gradient: zero(),
             next: zero(),
         });
+        let step_sizes = inner_loop.step_sizes.as_slice();
         let mut theta = &inner_loop.initial;
         for (index, step) in self.trajectory.iter_mut().enumerate() {
             list_at(index).gradient(theta, &mut step.gradient);
             step.next.clone_from(theta);
-            descend::<M, R>(&mut step.next, &step.gradient, &inner_loop.step_sizes);
+            descend(
+                step.next.as_mut_slice(),
+                step.gradient.as_slice(),
+                step_sizes,
+            );
             theta = &step.next;
         }
         let lambda = &mut self.initial;
@@ -183,13 +187,11 @@ impl<M: Model, R: Real> MetaGradient<M, R> {
                 Some(last) => &self.trajectory[last].next,
                 None => &inner_loop.initial,
             };
-            ascend::<M, R>(
-                theta,
-                &step.gradient,
-                &inner_loop.step_sizes,
-                lambda,
-                &mut self.step_sizes,
-                &mut dual,
+            ascend(
+                [theta.as_slice(), step.gradient.as_slice(), step_sizes],
+                lambda.as_slice(),
+                self.step_sizes.as_mut_slice(),
+                dual.as_mut_slice(),
             );
             list_at(index).product(&dual, &mut product, derivatives.as_deref_mut());
             for (lambda, product) in lambda.iter_mut().zip(product.iter()) {

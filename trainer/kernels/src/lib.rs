@@ -17,6 +17,7 @@
 //! - [`components`]: the loss of a combination of principal components
 //! - [`inner_loop`]: the unrolled descent and its adjoint
 //! - [`gauss_newton`]: Gauss-Newton steps and their adjoint
+//! - [`peak`]: the machine's peak throughput
 //! - `crew`: threads that stay awake during a computation
 //! - `parallel`: sums that a crew shares
 //! - [`lane_model`]: the trait that provides these kernels for a model, and its implementations
@@ -34,6 +35,7 @@ pub mod lane_model;
 pub mod lanes;
 mod operators;
 mod parallel;
+pub mod peak;
 pub mod samples;
 pub mod scan;
 pub mod sums;

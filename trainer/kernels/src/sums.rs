@@ -12,13 +12,12 @@ use glimpse_core::numeric::Scalar;
 
 use crate::dual::Dual;
 use crate::lanes::{
-    Lanes, MAX_OCTETS, Narrowest, Octet, RegisterPair, ScalarSums, WIDTH, coordinates,
-    coordinates_mut, kernel,
+    Lanes, MAX_OCTETS, Octet, RegisterPair, ScalarSums, WIDTH, coordinates, coordinates_mut, kernel,
 };
 use crate::samples::{SampleOctets, entries, entries_mut};
 
-/// Returns true if sums on lanes would fill the cache. Then sums over a list that fits in one register are scalar, and a
-/// gradient over a long list adds four registers to a sum each time that it loads the sum.
+/// Returns true if sums on lanes would fill the cache. Then sums over a list that fits in one register are scalar, and
+/// sums over a long list add several registers each time that they load the sum.
 const fn has_many_parameters<M: Model>() -> bool {
     M::PARAMETERS > 64
 }
@@ -26,21 +25,21 @@ const fn has_many_parameters<M: Model>() -> bool {
 kernel! {
     on samples.instruction_set;
     /// Returns the loss over a range of octets, and computes its gradient.
-    pub(crate) fn gradient<'a, Wide: Lanes, M: Model>(
+    pub(crate) fn gradient<'a, L: Lanes, M: Model>(
         theta: &'a M::Parameters<f32>,
         samples: &'a SampleOctets<'a>,
         octets: Range<usize>,
         gradient: &'a mut M::Parameters<f32>,
     ) -> f32 {
         let count = octets.len();
-        if const { has_many_parameters::<M>() } && count <= Narrowest::<Wide>::OCTETS {
-            add_gradients::<ScalarSums<Narrowest<Wide>>, M>(theta, samples, octets, gradient)
-        } else if const { !has_many_parameters::<M>() } && count <= Narrowest::<Wide>::OCTETS {
-            add_gradients::<Narrowest<Wide>, M>(theta, samples, octets, gradient)
-        } else if const { has_many_parameters::<M>() } && count > Wide::OCTETS {
-            add_gradients::<RegisterPair<Wide>, M>(theta, samples, octets, gradient)
+        if const { has_many_parameters::<M>() } && count <= L::Narrow::OCTETS {
+            add_gradients::<ScalarSums<L::Narrow>, M>(theta, samples, octets, gradient)
+        } else if const { has_many_parameters::<M>() && L::Pair::OCTETS > L::OCTETS }
+            && count > 2 * L::OCTETS
+        {
+            add_gradients::<RegisterPair<L::Pair>, M>(theta, samples, octets, gradient)
         } else {
-            add_gradients::<Wide, M>(theta, samples, octets, gradient)
+            add_gradients::<L, M>(theta, samples, octets, gradient)
         }
     }
 }
@@ -67,24 +66,26 @@ kernel! {
     on samples.instruction_set;
     /// Computes the product of the Hessian and the tangent of `theta` over a range of octets. The derivatives of
     /// (gradient times tangent) with respect to the samples are *subtracted* from `derivatives`.
-    pub(crate) fn product<'a, Wide: Lanes, M: Model>(
+    pub(crate) fn product<'a, L: Lanes, M: Model>(
         theta: &'a M::Parameters<Dual<f32>>,
         samples: &'a SampleOctets<'a>,
         octets: Range<usize>,
         product: &'a mut M::Parameters<f32>,
         derivatives: Option<&'a mut [SampleGradient<Octet>]>,
     ) {
-        let count = octets.len();
         // Derivatives of few samples are almost free, so they are always computed: one kernel serves both cases.
-        if const { has_many_parameters::<M>() } && count <= Narrowest::<Wide>::OCTETS {
-            type Narrow<L> = ScalarSums<Narrowest<L>>;
-            add_products::<Narrow<Wide>, M, true>(theta, samples, octets, product, derivatives);
-        } else if const { !has_many_parameters::<M>() } && count <= Narrowest::<Wide>::OCTETS {
-            add_products::<Narrowest<Wide>, M, true>(theta, samples, octets, product, derivatives);
+        if const { has_many_parameters::<M>() } && octets.len() <= L::Narrow::OCTETS {
+            add_products::<ScalarSums<L::Narrow>, M, true>(theta, samples, octets, product, derivatives);
+        } else if const { has_many_parameters::<M>() } {
+            if derivatives.is_some() {
+            add_products::<L::Pair, M, true>(theta, samples, octets, product, derivatives);
+            } else {
+            add_products::<L::Pair, M, false>(theta, samples, octets, product, derivatives);
+            }
         } else if derivatives.is_some() {
-            add_products::<Wide, M, true>(theta, samples, octets, product, derivatives);
+            add_products::<L, M, true>(theta, samples, octets, product, derivatives);
         } else {
-            add_products::<Wide, M, false>(theta, samples, octets, product, derivatives);
+            add_products::<L, M, false>(theta, samples, octets, product, derivatives);
         }
     }
 }

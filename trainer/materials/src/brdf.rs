@@ -8,10 +8,16 @@ use crate::basis::{Reconstruction, angles_of};
 /// A BRDF that metrics and pictures evaluate at many directions in one call.
 pub trait Brdf: Sync {
     /// Evaluates the BRDF in linear RGB, sr^-1 (not times the cosine), at each element of `at`. Writes the
-    /// values to `brdf`, which has the same length.
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]);
+    /// values to `brdf`, which has the same length; NaN where the BRDF is unknown.
+    ///
+    /// Each of this method and [`Brdf::at_angles`] has a default that calls the other one: implement at least one.
+    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        for (at, brdf) in at.iter().zip(brdf) {
+            *brdf = self.at_angles(angles_of(at));
+        }
+    }
 
-    /// Returns the BRDF in linear RGB, sr^-1 (not times the cosine), at angles in radians.
+    /// Returns the BRDF in linear RGB, sr^-1 (not times the cosine), at angles in radians; NaN where it is unknown.
     ///
     /// The default converts the angles to a pair of directions. Materials use the angles instead: at theta_d = 0, the
     /// pair does not determine phi_d, and a table may hold a different value for each phi_d.

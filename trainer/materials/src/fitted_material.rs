@@ -312,16 +312,25 @@ fn read_basis(path: &Path, reference: &BasisFile) -> Result<Basis, SourceError> 
     Basis::read(&path.with_file_name(file), number).map_err(|error| damaged(error.to_string()))
 }
 
-impl Material for FittedMaterial {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
+impl Brdf for FittedMaterial {
+    fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
         match &self.bands {
             Some(bands) => bands.brdf_with_derivative(angles).0,
             None => self.fitted.at_angles(angles),
         }
+    }
+
+    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        match &self.bands {
+            Some(bands) => bands.evaluate_colors(at, brdf),
+            None => self.fitted.evaluate(at, brdf),
+        }
+    }
+}
+
+impl Material for FittedMaterial {
+    fn name(&self) -> &str {
+        &self.name
     }
 
     fn network(&self) -> Option<NeuralParameters<f32>> {
@@ -336,13 +345,6 @@ impl Material for FittedMaterial {
         match &self.bands {
             Some(bands) => bands.brdf_with_derivative(angles),
             None => self.fitted.brdf_with_derivative(angles),
-        }
-    }
-
-    fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        match &self.bands {
-            Some(bands) => bands.evaluate_colors(at, brdf),
-            None => self.fitted.evaluate(at, brdf),
         }
     }
 }

@@ -39,7 +39,7 @@ impl Identity {
 #[must_use]
 pub fn digest(material: &dyn Material) -> u32 {
     let bytes: Vec<u8> = directions()
-        .flat_map(|angles| material.brdf(angles))
+        .flat_map(|angles| material.at_angles(angles))
         .flat_map(f32::to_le_bytes)
         .collect();
     crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&bytes)
@@ -83,17 +83,22 @@ mod tests {
         assert_eq!(distinct.len(), 64);
     }
 
+    use crate::Brdf;
+
     struct Constant(f32);
+
+    impl Brdf for Constant {
+        fn at_angles(&self, _: Angles<f32>) -> [f32; 3] {
+            [self.0; 3]
+        }
+    }
 
     impl Material for Constant {
         fn name(&self) -> &str {
             "constant"
         }
-        fn brdf(&self, _: Angles<f32>) -> [f32; 3] {
-            [self.0; 3]
-        }
         fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-            (self.brdf(angles), [[0.0; 3]; 3])
+            (self.at_angles(angles), [[0.0; 3]; 3])
         }
     }
 

@@ -18,7 +18,7 @@ use serde::Deserialize;
 use crate::error::{Defect, ensure, index_of, read_error};
 use crate::name::is_valid_name;
 use crate::untrusted::{escaped, read_at_most};
-use crate::{Material, SourceError};
+use crate::{Brdf, Material, SourceError};
 
 /// Name and shape of the six arrays.
 const ARRAYS: [(&str, &[usize]); 6] = [
@@ -103,13 +103,19 @@ impl NeuralBrdf {
     }
 }
 
+impl Brdf for NeuralBrdf {
+    fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
+        Neural::brdf::<f32>(&self.parameters, &HalfDifference::from_angles(angles))
+    }
+
+    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        <Neural as LaneModel>::evaluate(&self.parameters, at, brdf);
+    }
+}
+
 impl Material for NeuralBrdf {
     fn name(&self) -> &str {
         &self.name
-    }
-
-    fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
-        Neural::brdf::<f32>(&self.parameters, &HalfDifference::from_angles(angles))
     }
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
@@ -126,10 +132,6 @@ impl Material for NeuralBrdf {
 
     fn network(&self) -> Option<NeuralParameters<f32>> {
         Some(self.parameters)
-    }
-
-    fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        <Neural as LaneModel>::evaluate(&self.parameters, at, brdf);
     }
 }
 

@@ -36,7 +36,7 @@ pub struct PhysicalErrors {
 impl PhysicalErrors {
     /// Computes the errors of a BRDF.
     #[must_use]
-    pub fn of(brdf: &(impl Brdf + ?Sized)) -> Self {
+    pub fn of(brdf: &dyn Brdf) -> Self {
         let albedos = albedos(brdf).into_iter().take(REPORTED_THETAS).flatten();
         Self {
             reciprocity: reciprocity_error(brdf),
@@ -49,17 +49,17 @@ impl PhysicalErrors {
 ///
 /// It is the mean of both orders of light and sensor, times a factor for theta_i and one for theta_o. The factors are at most
 /// 1, and below it where the albedo would be above 0.99.
-pub struct Physical<'m, B: Brdf + ?Sized> {
-    brdf: &'m B,
+pub struct Physical<'m> {
+    brdf: &'m dyn Brdf,
     is_mean: bool,
     /// The factor of each channel at each theta.
     factors: Vec<[f32; 3]>,
 }
 
-impl<'m, B: Brdf + ?Sized> Physical<'m, B> {
+impl<'m> Physical<'m> {
     /// Returns a BRDF without changes.
     #[must_use]
-    pub fn as_fitted(brdf: &'m B) -> Self {
+    pub fn as_fitted(brdf: &'m dyn Brdf) -> Self {
         Self {
             brdf,
             is_mean: false,
@@ -69,7 +69,7 @@ impl<'m, B: Brdf + ?Sized> Physical<'m, B> {
 
     /// Changes a BRDF as far as necessary.
     #[must_use]
-    pub fn of(brdf: &'m B) -> Self {
+    pub fn of(brdf: &'m dyn Brdf) -> Self {
         let mut physical = Self::as_fitted(brdf);
         physical.is_mean = reciprocity_error(brdf) > ROUNDING;
         // A mirror has both factors at once, so that it needs the root.
@@ -120,7 +120,7 @@ impl<'m, B: Brdf + ?Sized> Physical<'m, B> {
     }
 }
 
-impl<B: Brdf + ?Sized> Brdf for Physical<'_, B> {
+impl Brdf for Physical<'_> {
     fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         self.brdf.evaluate(at, brdf);
         let others = match self.is_mean {
@@ -158,7 +158,7 @@ fn exchanged(at: &HalfDifference<f32>) -> HalfDifference<f32> {
 }
 
 /// Returns [`PhysicalErrors::reciprocity`].
-fn reciprocity_error(brdf: &(impl Brdf + ?Sized)) -> f64 {
+fn reciprocity_error(brdf: &dyn Brdf) -> f64 {
     let at = loss_directions();
     let others: Vec<_> = at.iter().map(exchanged).collect();
     let [values, others] = [&at, &others].map(|at| brdf.values_at(at));
@@ -177,7 +177,7 @@ fn reciprocity_error(brdf: &(impl Brdf + ?Sized)) -> f64 {
 }
 
 /// Returns the directional albedo of each channel, for light at each theta of the table.
-fn albedos(brdf: &(impl Brdf + ?Sized)) -> Vec<[f32; 3]> {
+fn albedos(brdf: &dyn Brdf) -> Vec<[f32; 3]> {
     let thetas = (0..THETAS).into_par_iter();
     thetas
         .map(|index| directional_albedo(brdf, index as f32 * STEP))
@@ -189,7 +189,7 @@ fn albedos(brdf: &(impl Brdf + ?Sized)) -> Vec<[f32; 3]> {
 /// Integrates the BRDF times the sensor's cosine over half vectors, which are denser near the normal. The weights are scaled
 /// so that the integral of the cosine is exact.
 #[must_use]
-pub fn directional_albedo(brdf: &(impl Brdf + ?Sized), theta_i_degrees: f32) -> [f32; 3] {
+pub fn directional_albedo(brdf: &dyn Brdf, theta_i_degrees: f32) -> [f32; 3] {
     // At 90 degrees the light does not reach the surface.
     let (sine, cosine) = theta_i_degrees.min(89.5).to_radians().sin_cos();
     let incoming = [sine, 0.0, cosine];

@@ -18,7 +18,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;
 
-use crate::Material;
+use crate::{Brdf, Material};
 use glimpse_kernels::Dual;
 use reflectors::{Film, Lobe};
 
@@ -392,24 +392,26 @@ impl Procedural {
     }
 }
 
+impl Brdf for Procedural {
+    fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
+        self.evaluate(&HalfDifference::from_angles(angles))
+    }
+
+    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        for (at, brdf) in at.iter().zip(brdf) {
+            *brdf = self.evaluate(at);
+        }
+    }
+}
+
 impl Material for Procedural {
     fn name(&self) -> &str {
         &self.name
     }
 
-    fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
-        self.evaluate(&HalfDifference::from_angles(angles))
-    }
-
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
         let at = HalfDifference::from_angles(Dual::variables(angles));
         Dual::split(self.evaluate(&at))
-    }
-
-    fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        for (at, brdf) in at.iter().zip(brdf) {
-            *brdf = self.evaluate(at);
-        }
     }
 
     fn is_reciprocal(&self) -> bool {

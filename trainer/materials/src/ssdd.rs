@@ -40,7 +40,7 @@ pub(crate) fn has_signature(head: &[u8]) -> bool {
 pub fn to_ssdd(
     name: &str,
     wavelengths: &[f32],
-    groups: &[&(impl Brdf + ?Sized)],
+    groups: &[&dyn Brdf],
 ) -> Result<Vec<u8>, NotFinite> {
     let axes = axes();
     let list = |values: &[f32]| {

@@ -97,7 +97,7 @@ impl Brdf {
         let batches = directions
             .par_chunks(BATCH)
             .zip(values.par_chunks_mut(BATCH));
-        batches.for_each(|(directions, values)| material.brdf_batch(directions, values));
+        batches.for_each(|(directions, values)| material.evaluate(directions, values));
         values
     }
 }

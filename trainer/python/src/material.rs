@@ -100,7 +100,7 @@ impl PyMaterial {
                 .collect();
             if !self.in_batches {
                 for (index, angles) in above {
-                    values[index] = self.material.brdf(angles);
+                    values[index] = self.material.at_angles(angles);
                 }
                 return;
             }
@@ -439,12 +439,19 @@ pub(crate) fn warn_of_coverage(py: Python<'_>, material: &dyn Material) -> PyRes
 /// A material that is shared with Python.
 pub(crate) struct Shared(pub(crate) Arc<dyn Material>);
 
+impl Brdf for Shared {
+    fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
+        self.0.at_angles(angles)
+    }
+
+    fn evaluate(&self, directions: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        self.0.evaluate(directions, brdf);
+    }
+}
+
 impl Material for Shared {
     fn name(&self) -> &str {
         self.0.name()
-    }
-    fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
-        self.0.brdf(angles)
     }
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
         self.0.brdf_with_derivative(angles)
@@ -467,8 +474,5 @@ impl Material for Shared {
     }
     fn spectrum(&self) -> Option<&Bands> {
         self.0.spectrum()
-    }
-    fn brdf_batch(&self, directions: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        self.0.brdf_batch(directions, brdf);
     }
 }

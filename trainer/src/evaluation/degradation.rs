@@ -97,7 +97,7 @@ impl Degradation {
             if index >= available || lost.contains(&index) {
                 return None;
             }
-            let mut brdf = material.brdf(angles);
+            let mut brdf = material.at_angles(angles);
             if self.noise > 0.0 || self.additive > 0.0 {
                 for value in &mut brdf {
                     let [multiplicative, additive]: [f32; 2] =

@@ -248,7 +248,7 @@ impl Reference {
     /// Compares a BRDF with the material. Returns the metrics and the sphere of the BRDF.
     fn compare(
         &self,
-        brdf: &(impl Brdf + ?Sized),
+        brdf: &dyn Brdf,
         at: &[HalfDifference<f32>],
     ) -> Result<(Metrics, Picture), CompareError> {
         let loss = mean_log_error(brdf, at, &self.values);
@@ -262,10 +262,7 @@ impl Reference {
 ///
 /// # Errors
 /// None in practice: both pictures have the same size.
-pub fn compare(
-    brdf: &(impl Brdf + ?Sized),
-    material: &dyn Material,
-) -> Result<Metrics, CompareError> {
+pub fn compare(brdf: &dyn Brdf, material: &dyn Material) -> Result<Metrics, CompareError> {
     let at = loss_directions();
     let reference = Reference::new(material, &at);
     Ok(reference.compare(brdf, &at)?.0)
@@ -301,7 +298,7 @@ impl<'a> Evaluator<'a> {
 
     /// Returns the loss of a BRDF.
     #[must_use]
-    pub fn loss(&self, material: usize, fitted: &(impl Brdf + ?Sized)) -> f64 {
+    pub fn loss(&self, material: usize, fitted: &dyn Brdf) -> f64 {
         mean_log_error(fitted, &self.at, &self.references[material].values)
     }
 
@@ -312,7 +309,7 @@ impl<'a> Evaluator<'a> {
     pub fn compare(
         &self,
         material: usize,
-        fitted: &(impl Brdf + ?Sized),
+        fitted: &dyn Brdf,
     ) -> Result<(Metrics, Picture), CompareError> {
         self.references[material].compare(fitted, &self.at)
     }

@@ -22,7 +22,7 @@ pub(super) const DIAMETER: f32 = 0.96;
 /// f(w_i, w_o) L(w_i) cos(theta_i) over the hemisphere. The quadrature rule is fixed, so that equal BRDFs give equal
 /// bits. Pixels at the same distance from the center have the same outgoing angle and share one batched call of `brdf`.
 /// Shadows and interreflections are not rendered. Pixels off the sphere have the radiance 0.08.
-pub fn render_sphere(brdf: &(impl Brdf + ?Sized), size: usize) -> Image {
+pub fn render_sphere(brdf: &dyn Brdf, size: usize) -> Image {
     render_in(&STUDIO, brdf, size, RINGS)
 }
 
@@ -41,7 +41,7 @@ pub fn sphere_disc(width: usize, height: usize) -> impl Iterator<Item = usize> {
 /// Renders a sphere under an environment, with a quadrature rule of `rings` rings.
 pub(super) fn render_in(
     environment: &Environment,
-    brdf: &(impl Brdf + ?Sized),
+    brdf: &dyn Brdf,
     size: usize,
     rings: usize,
 ) -> Image {
@@ -126,7 +126,7 @@ impl Shader {
     /// Returns the radiance of each pixel of a circle.
     fn shade(
         &mut self,
-        brdf: &(impl Brdf + ?Sized),
+        brdf: &dyn Brdf,
         environment: &Environment,
         half_vectors: &HalfVectors,
         circle: &Circle,

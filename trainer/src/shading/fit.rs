@@ -48,7 +48,7 @@ const STEPS_OF_VALUES: f64 = 1e5;
 ///
 /// # Errors
 /// [`ShadingError`]
-pub fn fit(brdf: &(impl Brdf + ?Sized), model: ShadingModel) -> Result<Shading, ShadingError> {
+pub fn fit(brdf: &dyn Brdf, model: ShadingModel) -> Result<Shading, ShadingError> {
     let data = Data::new(brdf)?;
     let parameters = model.parameters().iter();
     let bounds: Vec<[f64; 2]> = parameters.map(|each| [each.min, each.max]).collect();
@@ -85,7 +85,7 @@ struct Data {
 }
 
 impl Data {
-    fn new(brdf: &(impl Brdf + ?Sized)) -> Result<Self, ShadingError> {
+    fn new(brdf: &dyn Brdf) -> Result<Self, ShadingError> {
         let loss = loss_directions();
         let loss_count = loss.len();
         let at = [loss, view_directions()].concat();

@@ -55,7 +55,7 @@ impl Reference {
         let mut reference_values = Vec::new();
         for angles in coarse_directions() {
             reference_values.extend([angles.theta_h, angles.theta_d, angles.phi_d]);
-            reference_values.extend(material.brdf(angles));
+            reference_values.extend(material.at_angles(angles));
         }
         Self {
             name: material.name().to_owned(),

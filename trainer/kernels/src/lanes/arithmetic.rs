@@ -3,7 +3,7 @@
 //! Safety of every `unsafe` block in this file: see the documentation of the module that uses the macro.
 
 /// Implements [`Register`](super::elementary::Register) for a register type, from the given intrinsics, and defines a
-/// function that runs kernels on pairs of such registers.
+/// function that runs kernels on such registers.
 macro_rules! arithmetic {
     (
         $lanes:ident:
@@ -16,15 +16,13 @@ macro_rules! arithmetic {
         bits: to $to_bits:ident, from $from_bits:ident,
         select($value:ident, $then:ident, $otherwise:ident) $select:expr
     ) => {
-        $crate::lanes::elementary::register_scalar!($lanes);
+        $crate::lanes::elementary::register_scalar!($lanes, $crate::lanes::elementary::exp, $crate::lanes::elementary::ln);
 
         /// Runs a kernel. [`is_available`] must return true.
-        #[inline]
         pub(super) fn run<K: $crate::lanes::Kernel>(kernel: K) -> K::Output {
-            #[inline]
             #[target_feature(enable = $features)]
             fn run_with_features<K: $crate::lanes::Kernel>(kernel: K) -> K::Output {
-                kernel.run::<$crate::lanes::RegisterPair<$lanes>>()
+                kernel.run::<$lanes>()
             }
             debug_assert!(is_available());
             // SAFETY: see the module documentation.

@@ -8,7 +8,7 @@ use std::arch::x86_64::*;
 
 use super::arithmetic::arithmetic;
 use super::elementary::Register;
-use super::{Lanes, Octet, Octets, WIDTH};
+use super::{Lanes, Octet, Octets, RegisterPair, WIDTH};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx2Lanes(pub(super) __m256);
@@ -36,7 +36,7 @@ arithmetic! {
 impl Lanes for Avx2Lanes {
     const OCTETS: usize = 1;
     type Narrow = Self;
-    type Single = Self;
+    type Pair = RegisterPair<Self>;
 
     #[inline(always)]
     fn load([octet, ..]: Octets<'_>) -> Self {

@@ -8,7 +8,7 @@ use std::arch::x86_64::*;
 use super::arithmetic::arithmetic;
 use super::avx2::{self, Avx2Lanes, Fold};
 use super::elementary::Register;
-use super::{Lanes, Octet, Octets};
+use super::{Lanes, Octet, Octets, RegisterPair};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx512Lanes(__m512);
@@ -39,7 +39,7 @@ arithmetic! {
 impl Lanes for Avx512Lanes {
     const OCTETS: usize = 2;
     type Narrow = Avx2Lanes;
-    type Single = Self;
+    type Pair = RegisterPair<Self>;
 
     #[inline(always)]
     fn load([first, second, ..]: Octets<'_>) -> Self {

@@ -26,7 +26,7 @@ pub(super) trait Register: Copy {
 
 /// Implements the operators and [`Scalar`](glimpse_core::numeric::Scalar) for a [`Register`].
 macro_rules! register_scalar {
-    ($register:ident) => {
+    ($register:ident, $exp:path, $ln:path) => {
         $crate::operators::operators! {
             {} $register, a, b:
             Add add a.plus(b), Sub sub a.subtract(b), Mul mul a.multiply(b), Div div a.divide(b); Neg a.negate()
@@ -62,11 +62,11 @@ macro_rules! register_scalar {
             }
             #[inline(always)]
             fn exp(self) -> Self {
-                $crate::lanes::elementary::exp(self)
+                $exp(self)
             }
             #[inline(always)]
             fn ln(self) -> Self {
-                $crate::lanes::elementary::ln(self)
+                $ln(self)
             }
         }
     };

@@ -1,6 +1,6 @@
 //! Run-time selection of the lanes that a kernel runs on.
 
-use super::portable::PortableLanes;
+use super::portable;
 use super::register::Kernel;
 #[cfg(target_arch = "x86_64")]
 use super::{avx2, avx512};
@@ -33,7 +33,6 @@ impl InstructionSet {
     }
 
     /// Runs a kernel on these lanes, or on narrower ones if this machine lacks them.
-    #[inline]
     pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
         #[cfg(target_arch = "x86_64")]
         match self {
@@ -41,7 +40,7 @@ impl InstructionSet {
             Self::Avx512 | Self::Avx2 if avx2::is_available() => return avx2::run(kernel),
             _ => {}
         }
-        kernel.run::<PortableLanes>()
+        portable::run(kernel)
     }
 
     /// Returns the display name.

@@ -26,7 +26,7 @@ pub use instruction_set::InstructionSet;
 pub use octet::{MAX_OCTETS, Octet, OctetDirections, Octets, WIDTH};
 pub(crate) use octet::{coordinates, coordinates_mut, from_coordinates};
 pub use portable::PortableLanes;
-pub use register::{Kernel, Lanes, Narrowest, load_directions};
+pub use register::{Kernel, Lanes, OneRegister, load_directions};
 pub(crate) use register::{add_totals, kernel, load};
 pub use register_pair::RegisterPair;
 pub use scalar_sums::ScalarSums;

@@ -1,43 +1,44 @@
-//! Lanes as plain arrays, for any machine. The compiler vectorizes them where it can.
+//! Eight lanes for any machine: NEON on 64-bit Arm, SSE2 on x86-64.
+
+use wide::{CmpGt, f32x8, i32x8};
 
 use super::elementary::{self, Register, register_scalar};
-use super::{Lanes, Octet, Octets};
+use super::{Kernel, Lanes, Octet, Octets};
 
-/// Eight numbers in an array.
+/// Eight numbers, in as many registers as the machine needs.
 #[derive(Clone, Copy, Debug)]
-pub struct PortableLanes(Octet);
+pub struct PortableLanes(f32x8);
 
-/// Evaluates an expression for each lane.
-///
-/// This is a macro because a closure would not always be inlined. It is unrolled by hand because the compiler would
-/// spend most of a build on unrolling thousands of loops in a kernel.
-macro_rules! each {
-    ($lane:ident => $value:expr) => {
-        each!($lane => $value, 0 1 2 3 4 5 6 7)
-    };
-    ($lane:ident => $value:expr, $($index:literal)*) => {
-        PortableLanes(Octet([$({
-            let $lane: usize = $index;
-            $value
-        }),*]))
-    };
+register_scalar!(PortableLanes, exp, ln);
+
+/// Runs a kernel.
+pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<PortableLanes>()
 }
 
-register_scalar!(PortableLanes);
+#[inline(never)]
+fn exp(x: PortableLanes) -> PortableLanes {
+    elementary::exp(x)
+}
+
+#[inline(never)]
+fn ln(x: PortableLanes) -> PortableLanes {
+    elementary::ln(x)
+}
 
 impl Lanes for PortableLanes {
     const OCTETS: usize = 1;
     type Narrow = Self;
-    type Single = Self;
+    type Pair = Self;
 
     #[inline(always)]
     fn load([octet, ..]: Octets<'_>) -> Self {
-        Self(*octet)
+        Self(f32x8::from(octet.0))
     }
     #[inline(always)]
     fn store(self, octets: &mut [Octet]) {
         if let Some(octet) = octets.first_mut() {
-            *octet = self.0;
+            *octet = Octet(self.0.to_array());
         }
     }
     #[inline(always)]
@@ -47,63 +48,72 @@ impl Lanes for PortableLanes {
     #[inline(always)]
     fn totals(sums: &[Self], totals: &mut [f32]) {
         for (sum, total) in sums.iter().zip(totals) {
-            let [a, b, c, d, e, f, g, h] = sum.0.0;
+            let [a, b, c, d, e, f, g, h] = sum.0.to_array();
             *total = ((a + b) + (c + d)) + ((e + f) + (g + h));
         }
     }
 }
 
-macro_rules! operations {
-    ($($method:ident $operator:tt)*) => {$(
-        #[inline(always)]
-        fn $method(self, b: Self) -> Self {
-            each!(lane => self.0.0[lane] $operator b.0.0[lane])
-        }
-    )*};
-}
-
 impl Register for PortableLanes {
-    operations!(plus + subtract - multiply * divide /);
     #[inline(always)]
     fn splat(value: f32) -> Self {
-        Self(Octet([value; super::WIDTH]))
+        Self(f32x8::splat(value))
+    }
+    #[inline(always)]
+    fn plus(self, b: Self) -> Self {
+        Self(self.0 + b.0)
+    }
+    #[inline(always)]
+    fn subtract(self, b: Self) -> Self {
+        Self(self.0 - b.0)
+    }
+    #[inline(always)]
+    fn multiply(self, b: Self) -> Self {
+        Self(self.0 * b.0)
+    }
+    #[inline(always)]
+    fn divide(self, b: Self) -> Self {
+        Self(self.0 / b.0)
     }
     #[inline(always)]
     fn negate(self) -> Self {
-        each!(lane => -self.0.0[lane])
+        Self(self.0 ^ f32x8::splat(-0.0))
+    }
+    /// Fused only if the compilation target has the instruction.
+    #[inline(always)]
+    fn multiply_add(self, b: Self, c: Self) -> Self {
+        Self(self.0.mul_add(b.0, c.0))
     }
     #[inline(always)]
     fn select(self, then: Self, otherwise: Self) -> Self {
-        each!(lane => if self.0.0[lane] > 0.0 { then.0.0[lane] } else { otherwise.0.0[lane] })
-    }
-    #[inline(always)]
-    fn multiply_add(self, b: Self, c: Self) -> Self {
-        // Fused only if the compilation target has the instruction; otherwise it is a slow call to `fmaf`.
-        if cfg!(any(target_feature = "fma", target_arch = "aarch64")) {
-            each!(lane => self.0.0[lane].mul_add(b.0.0[lane], c.0.0[lane]))
-        } else {
-            each!(lane => self.0.0[lane] * b.0.0[lane] + c.0.0[lane])
-        }
+        Self(self.0.cmp_gt(f32x8::ZERO).blend(then.0, otherwise.0))
     }
     #[inline(always)]
     fn clamp(self, low: f32, high: f32) -> Self {
-        each!(lane => self.0.0[lane].clamp(low, high))
+        // As on AVX: NaN becomes `low`.
+        Self(
+            self.0
+                .fast_max(f32x8::splat(low))
+                .fast_min(f32x8::splat(high)),
+        )
     }
     #[inline(always)]
     fn round(self) -> Self {
-        each!(lane => self.0.0[lane].round_ties_even())
+        Self(self.0.round())
     }
     #[inline(always)]
     fn power_of_two(self) -> Self {
-        each!(lane => f32::from_bits(((self.0.0[lane] as i32 + 127) << 23) as u32))
+        let biased = self.0.fast_trunc_int() + i32x8::splat(127);
+        Self(bytemuck::cast(biased << 23))
     }
     #[inline(always)]
     fn split(self) -> (Self, Self) {
-        let bits = |lane: usize| self.0.0[lane].to_bits() as i32;
-        let exponent = |lane: usize| bits(lane).wrapping_sub(elementary::SQRT_HALF_BITS) >> 23;
+        let bits: i32x8 = bytemuck::cast(self.0);
+        let exponent = (bits - i32x8::splat(elementary::SQRT_HALF_BITS)) >> 23;
+        let mantissa = bits - (exponent << 23);
         (
-            each!(lane => f32::from_bits(bits(lane).wrapping_sub(exponent(lane) << 23) as u32)),
-            each!(lane => exponent(lane) as f32),
+            Self(bytemuck::cast(mantissa)),
+            Self(f32x8::from_i32x8(exponent)),
         )
     }
 }

@@ -10,7 +10,7 @@ pub trait Kernel {
     /// The result.
     type Output;
     /// Runs the kernel. Implementations must be `#[inline(always)]`.
-    fn run<L: Lanes>(self) -> Self::Output;
+    fn run<L: OneRegister>(self) -> Self::Output;
 }
 
 /// Defines a function that is compiled for each instruction set. Its body is generic over lanes, its first type
@@ -88,14 +88,14 @@ macro_rules! lanewise {
 }
 pub(super) use lanewise;
 
-/// Numbers in one or two registers. Their count is a multiple of eight.
+/// Numbers in one or more registers. Their count is a multiple of eight.
 pub trait Lanes: Scalar<Parameter = f32> {
     /// The number of octets.
     const OCTETS: usize;
-    /// Narrower lanes for shorter lists; `Self` if these are the narrowest.
+    /// Lanes of eight numbers for short lists.
     type Narrow: Lanes;
-    /// Lanes of one register, whose sums are registers too.
-    type Single: Lanes + Scalar<Parameter = f32, Sum = Self::Single>;
+    /// Lanes for long lists: two registers if one register holds these lanes, otherwise `Self`.
+    type Pair: Lanes;
 
     /// Loads from the first [`OCTETS`](Self::OCTETS) of `octets`.
     fn load(octets: Octets<'_>) -> Self;
@@ -117,8 +117,9 @@ pub trait Lanes: Scalar<Parameter = f32> {
     }
 }
 
-/// The narrowest lanes that `L` can be replaced with: [`Lanes::Narrow`], applied twice.
-pub type Narrowest<L> = <<L as Lanes>::Narrow as Lanes>::Narrow;
+/// Lanes of one register, whose sums are registers too.
+pub trait OneRegister: Lanes + Scalar<Parameter = f32, Sum = Self> {}
+impl<L: Lanes + Scalar<Parameter = f32, Sum = L>> OneRegister for L {}
 
 /// Loads lanes from the same octet of each of [`MAX_OCTETS`] items. This is a macro because the compiler does not
 /// inline closures in kernels.

@@ -31,7 +31,7 @@ impl<L: Lanes> Scalar for RegisterPair<L> {
 impl<L: Lanes> Lanes for RegisterPair<L> {
     const OCTETS: usize = 2 * L::OCTETS;
     type Narrow = L;
-    type Single = L::Single;
+    type Pair = Self;
 
     #[inline(always)]
     fn load(octets: Octets<'_>) -> Self {

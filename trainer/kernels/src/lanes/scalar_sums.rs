@@ -49,7 +49,7 @@ impl<L: Lanes> Scalar for ScalarSums<L> {
 impl<L: Lanes> Lanes for ScalarSums<L> {
     const OCTETS: usize = L::OCTETS;
     type Narrow = ScalarSums<L::Narrow>;
-    type Single = L::Single;
+    type Pair = Self;
 
     #[inline(always)]
     fn load(octets: Octets<'_>) -> Self {

@@ -20,11 +20,7 @@ const BATCH: usize = 4096;
 /// `brdf` is f, the fitted BRDF. `reference` holds y, the measured BRDF at each element of `at`. Both are in linear
 /// RGB, sr^-1, not times the cosine. The mean is computed in f64. If the lists differ in length, the longer one is
 /// truncated. The mean of no samples is 0. A NaN value makes the mean NaN.
-pub fn mean_log_error(
-    brdf: &(impl Brdf + ?Sized),
-    at: &[HalfDifference<f32>],
-    reference: &[[f32; 3]],
-) -> f64 {
+pub fn mean_log_error(brdf: &dyn Brdf, at: &[HalfDifference<f32>], reference: &[[f32; 3]]) -> f64 {
     let count = at.len().min(reference.len());
     let mut values = vec![[0.0; 3]; count.min(BATCH)];
     let mut sum = 0.0;
@@ -60,7 +56,7 @@ fn sum_of_errors(at: &[HalfDifference<f32>], reference: &[[f32; 3]], fitted: &[[
 
 /// Returns the loss of a BRDF against a material, at [`directions`].
 #[must_use]
-pub fn loss_between(brdf: &(impl Brdf + ?Sized), material: &dyn Material) -> f64 {
+pub fn loss_between(brdf: &dyn Brdf, material: &dyn Material) -> f64 {
     let at = loss_directions();
     mean_log_error(brdf, &at, &material.values_at(&at))
 }

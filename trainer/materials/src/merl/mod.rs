@@ -28,7 +28,7 @@ use crate::error::{Defect, read_error};
 use crate::interpolation::corners;
 use crate::mapped::map_file;
 use crate::name::name_of;
-use crate::{Coverage, Material, SourceError};
+use crate::{Brdf, Coverage, Material, SourceError};
 
 /// Scale factors from stored values to the BRDF, in red, green and blue.
 const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
@@ -123,13 +123,15 @@ impl MerlTable {
     }
 }
 
+impl Brdf for MerlTable {
+    fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
+        self.interpolate(table_angles(angles)).map(|f| f as f32)
+    }
+}
+
 impl Material for MerlTable {
     fn name(&self) -> &str {
         &self.name
-    }
-
-    fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
-        self.interpolate(table_angles(angles)).map(|f| f as f32)
     }
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {

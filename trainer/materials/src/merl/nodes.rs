@@ -83,7 +83,7 @@ fn encode(brdf: &[[f32; 3]], bytes: &mut [u8]) {
 ///
 /// # Errors
 /// If the BRDF is not finite at a node.
-pub fn to_merl(brdf: &(impl Brdf + ?Sized)) -> Result<Vec<u8>, NotFinite> {
+pub fn to_merl(brdf: &dyn Brdf) -> Result<Vec<u8>, NotFinite> {
     let nodes = table_nodes();
     let values = nodes.par_iter().map(|angles| brdf.at_angles(*angles));
     let values: Vec<[f32; 3]> = values.collect();
@@ -154,7 +154,10 @@ mod tests {
     fn table_from_nodes_equals_the_written_table() {
         let material = &Procedural::set(1, 7)[0];
         let nodes = table_nodes();
-        let brdf: Vec<[f32; 3]> = nodes.iter().map(|angles| material.brdf(*angles)).collect();
+        let brdf: Vec<[f32; 3]> = nodes
+            .iter()
+            .map(|angles| material.at_angles(*angles))
+            .collect();
         let table = MerlTable::from_nodes("a".into(), &brdf).expect("complete values");
         let written = to_merl(material as &dyn Material).expect("a finite BRDF");
         assert!(*table.bytes == *written);
@@ -174,7 +177,7 @@ mod tests {
             theta_d: 0.005,
             phi_d: 0.1,
         };
-        let rgb = table.brdf(angles);
+        let rgb = table.at_angles(angles);
         assert!((rgb[0] - 0.5).abs() < 1e-6 && (rgb[2] - 0.125).abs() < 1e-6);
 
         let rejection = |brdf: &[[f32; 3]]| match MerlTable::from_nodes("a".into(), brdf) {

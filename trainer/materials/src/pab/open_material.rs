@@ -49,7 +49,7 @@ struct Table {
 pub fn to_open_material(
     name: &str,
     wavelengths: &[f32],
-    groups: &[&(impl Brdf + ?Sized)],
+    groups: &[&dyn Brdf],
 ) -> Result<Vec<u8>, NotFinite> {
     let nm = if wavelengths.is_empty() {
         &WAVELENGTHS[..]

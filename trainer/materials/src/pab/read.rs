@@ -247,12 +247,8 @@ impl Material for PabSet {
         &self.sample
     }
 
-    fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
-        self.at_angles(angles)
-    }
-
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        (self.brdf(angles), [[f32::NAN; 3]; 3])
+        (self.at_angles(angles), [[f32::NAN; 3]; 3])
     }
 
     fn coverage(&self) -> Coverage {

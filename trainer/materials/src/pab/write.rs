@@ -33,7 +33,7 @@ pub fn pab_suffixes() -> impl Iterator<Item = String> {
 ///
 /// # Errors
 /// If the BRDF is not finite at a direction.
-pub fn to_pab(name: &str, brdf: &(impl Brdf + ?Sized)) -> Result<Vec<String>, NotFinite> {
+pub fn to_pab(name: &str, brdf: &dyn Brdf) -> Result<Vec<String>, NotFinite> {
     let texts = THETA_I
         .par_iter()
         .map(|theta_i| file_text(name, brdf, *theta_i));
@@ -41,7 +41,7 @@ pub fn to_pab(name: &str, brdf: &(impl Brdf + ?Sized)) -> Result<Vec<String>, No
 }
 
 /// Returns the text of the file of a theta_i in degrees.
-fn file_text(name: &str, brdf: &(impl Brdf + ?Sized), theta_i: u32) -> Result<String, NotFinite> {
+fn file_text(name: &str, brdf: &dyn Brdf, theta_i: u32) -> Result<String, NotFinite> {
     // A quotation mark would end the name.
     let name = name.replace(['"', '\n'], "_");
     let outgoing = outgoing_angles(f64::from(theta_i));

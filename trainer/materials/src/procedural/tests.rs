@@ -13,7 +13,7 @@ fn f32_is_close_to_f64() {
             let duals = material.evaluate(&at);
             let (exact, exact_derivative) = Dual::split(duals);
             let (with_derivative, derivative) = material.brdf_with_derivative(angles);
-            let brdf = material.brdf(angles);
+            let brdf = material.at_angles(angles);
             for channel in 0..3 {
                 for value in [brdf[channel], with_derivative[channel]] {
                     let error = (f64::from(value) - exact[channel]).abs() / exact[channel];

@@ -43,7 +43,7 @@ use crate::interpolation::Position;
 use crate::mapped::map_file;
 use crate::name::name_of;
 use crate::spectrum::Viewing;
-use crate::{Coverage, Material, SourceError};
+use crate::{Brdf, Coverage, Material, SourceError};
 
 /// A material from a measurement of the RGL database.
 ///
@@ -92,13 +92,15 @@ impl RglMeasurement {
     }
 }
 
+impl Brdf for RglMeasurement {
+    fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
+        self.tensors.brdf(angles_to_f64(&angles)).map(finite_f32)
+    }
+}
+
 impl Material for RglMeasurement {
     fn name(&self) -> &str {
         &self.name
-    }
-
-    fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
-        self.tensors.brdf(angles_to_f64(&angles)).map(finite_f32)
     }
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {

@@ -35,7 +35,7 @@ pub(super) struct Normals {
 }
 
 impl Normals {
-    pub(super) fn new(brdf: &(impl Brdf + ?Sized)) -> Result<Self, NotFinite> {
+    pub(super) fn new(brdf: &dyn Brdf) -> Result<Self, NotFinite> {
         let thetas: Vec<f64> = (0..NDF.columns)
             .map(|column| theta(coordinate(column, NDF.columns)))
             .collect();
@@ -69,7 +69,7 @@ impl Normals {
 }
 
 /// Returns the mean luminance of a BRDF at a theta_h in radians.
-fn mean_luminance(brdf: &(impl Brdf + ?Sized), theta_h: f64) -> Result<f64, NotFinite> {
+fn mean_luminance(brdf: &dyn Brdf, theta_h: f64) -> Result<f64, NotFinite> {
     let at: Vec<HalfDifference<f32>> = (0..THETA_D_COUNT * PHI_D_COUNT)
         .map(|index| {
             let fraction = 0.95 * coordinate(index / PHI_D_COUNT, THETA_D_COUNT);

@@ -106,7 +106,7 @@ fn half_difference(
 
 /// Returns the BRDF times cos(theta_o) at each point. Below the horizon it is extrapolated.
 pub(super) fn times_cosine(
-    brdf: &(impl Brdf + ?Sized),
+    brdf: &dyn Brdf,
     points: &[SamplePoint],
 ) -> Result<Vec<[f64; 3]>, NotFinite> {
     let [first, second] = [0, 1].map(|index| {

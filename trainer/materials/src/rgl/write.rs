@@ -51,7 +51,7 @@ pub enum Colors<'b> {
 /// If the BRDF is not finite at a node.
 pub fn to_rgl(
     description: &str,
-    brdf: &(impl Brdf + ?Sized),
+    brdf: &dyn Brdf,
     colors: Colors<'_>,
 ) -> Result<Vec<u8>, NotFinite> {
     let theta_i = theta_i();
@@ -147,7 +147,7 @@ struct Slice {
 
 impl Slice {
     fn new(
-        brdf: &(impl Brdf + ?Sized),
+        brdf: &dyn Brdf,
         theta_i: f64,
         normals: &Normals,
         colors: Colors<'_>,

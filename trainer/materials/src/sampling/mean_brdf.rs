@@ -34,7 +34,7 @@ impl MeanBrdf {
             }
             let logarithms = materials.iter().flat_map(|material| {
                 material
-                    .brdf(angles)
+                    .at_angles(angles)
                     .map(|f| f64::from(f.max(0.0) + LOG_OFFSET).ln())
             });
             let mean = logarithms.sum::<f64>() / (3 * materials.len()).max(1) as f64;

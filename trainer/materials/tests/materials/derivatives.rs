@@ -3,9 +3,9 @@
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 use glimpse_kernels::Dual;
-use glimpse_materials::Material;
 use glimpse_materials::basis::{AngleDual, angles_to_f64};
 use glimpse_materials::sampling::uniform_valid;
+use glimpse_materials::{Brdf, Material};
 
 use crate::network;
 
@@ -22,7 +22,7 @@ fn network_derivatives_match_f64() {
         network.brdf_batch_with_derivative(&angles, &mut batch);
         for (angles, in_batch) in angles.into_iter().zip(batch) {
             let (values, derivative) = network.brdf_with_derivative(angles);
-            assert_eq!(values, network.brdf(angles));
+            assert_eq!(values, network.at_angles(angles));
             let at = HalfDifference::from_angles(Dual::variables(angles_to_f64(&angles)));
             let (_, expected) = Dual::split(Neural::brdf::<AngleDual>(&weights, &at));
             for derivative in [derivative, in_batch.1] {

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::{Basis, Grid};
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{BasisFile, FittedBrdf, FittedMaterial, MODELS, Material, Source};
+use glimpse_materials::{BasisFile, Brdf, FittedBrdf, FittedMaterial, MODELS, Material, Source};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -57,7 +57,7 @@ fn file_keeps_every_bit() {
             };
             assert_eq!(loaded.name(), format!("{model} {seed}"));
             for angles in uniform_valid(200, seed) {
-                assert_eq!(loaded.brdf(angles), material.brdf(angles));
+                assert_eq!(loaded.at_angles(angles), material.at_angles(angles));
             }
             let files = source.files().expect("the files are listed");
             assert_eq!(files.len(), if basis.is_some() { 2 } else { 1 });
@@ -89,7 +89,7 @@ fn derivatives_match_finite_differences() {
                     1 => angles.theta_d += step,
                     _ => angles.phi_d += step,
                 }
-                material.brdf(angles)
+                material.at_angles(angles)
             };
             let differences = [0, 1, 2].map(|axis| {
                 let (up, down) = (moved(axis, step), moved(axis, -step));

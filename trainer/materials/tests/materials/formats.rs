@@ -6,7 +6,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{
-    Colors, Material, Procedural, to_merl, to_open_material, to_pab, to_rgl, to_ssdd,
+    Brdf, Colors, Material, Procedural, to_merl, to_open_material, to_pab, to_rgl, to_ssdd,
 };
 
 use crate::FunctionMaterial;
@@ -28,7 +28,7 @@ fn tensor_file_is_close_to_the_brdf() {
             if !(0.01..0.1).contains(&at.cos_theta_o()) {
                 continue;
             }
-            let [expected, actual] = [material.brdf(angles), read.brdf(angles)];
+            let [expected, actual] = [material.at_angles(angles), read.at_angles(angles)];
             for (expected, actual) in expected.iter().zip(actual) {
                 error += f64::from((actual - expected).abs());
                 total += f64::from(*expected);

@@ -1,6 +1,6 @@
 //! Tests of materials: look-ups, derivatives, files, and error messages for damaged files.
 
-#[path = "../../../tests/suite/common.rs"]
+#[path = "../../../program/tests/suite/common.rs"]
 mod common;
 mod derivatives;
 mod fitted;
@@ -15,7 +15,7 @@ mod text_tables;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::{Neural, NeuralParameters, ParameterSet};
-use glimpse_materials::{Material, NeuralBrdf};
+use glimpse_materials::{Brdf, Material, NeuralBrdf};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -37,12 +37,15 @@ fn network(seed: u64) -> NeuralBrdf {
 /// A material given by a function.
 struct FunctionMaterial<F>(F);
 
+impl<F: Fn(Angles<f32>) -> [f32; 3] + Send + Sync> Brdf for FunctionMaterial<F> {
+    fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
+        self.0(angles)
+    }
+}
+
 impl<F: Fn(Angles<f32>) -> [f32; 3] + Send + Sync> Material for FunctionMaterial<F> {
     fn name(&self) -> &str {
         "function"
-    }
-    fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
-        self.0(angles)
     }
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
         (self.0(angles), [[0.0; 3]; 3])

@@ -3,7 +3,7 @@
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{
-    Coverage, Material, PabSet, Procedural, Source, SourceError, pab_suffixes, to_pab,
+    Brdf, Coverage, Material, PabSet, Procedural, Source, SourceError, pab_suffixes, to_pab,
 };
 
 use crate::FunctionMaterial;
@@ -91,7 +91,7 @@ fn brdf(set: &PabSet, theta_i: f64, theta_o: f64) -> f32 {
     };
     let incoming = HalfDifference::from_angles(at).directions().incoming;
     assert!((f64::from(incoming[2].acos()).to_degrees() - theta_i).abs() < 0.01);
-    let [red, green, blue] = set.brdf(at);
+    let [red, green, blue] = set.at_angles(at);
     assert!([green, blue].map(f32::to_bits) == [red.to_bits(); 2] || (red - green).abs() < 1e-6);
     red
 }

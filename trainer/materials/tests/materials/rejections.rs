@@ -56,7 +56,7 @@ fn defect(name: &str, bytes: &[u8]) -> Option<String> {
             Some("txt") => PabSet::read(path).map(|_| ()),
             Some("json") => FittedMaterial::read(path).map(|_| ()),
             _ => {
-                let brdf = load(path)?[0].brdf(angles([0.2, 0.3, 0.4]));
+                let brdf = load(path)?[0].at_angles(angles([0.2, 0.3, 0.4]));
                 assert!(brdf.iter().all(|value| value.is_finite()), "{brdf:?}");
                 Ok(())
             }

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{Colors, Material, Procedural, RglMeasurement, to_rgl};
+use glimpse_materials::{Brdf, Colors, Material, Procedural, RglMeasurement, to_rgl};
 
 use crate::folder::{Folder, assert_defect};
 
@@ -170,8 +170,8 @@ fn lookups_match_the_formula() {
     let two_phi_i = read(&valid_file(&Formula::fields(&[-3.1, 3.1])));
     let mut largest = 0.0_f64;
     for angles in uniform_valid(20_000, 1) {
-        let brdf = material.brdf(angles);
-        assert_eq!(brdf, two_phi_i.brdf(angles));
+        let brdf = material.at_angles(angles);
+        assert_eq!(brdf, two_phi_i.at_angles(angles));
         // The formula in f64, at the angles rounded to f32.
         let at = HalfDifference::from_angles(angles_to_f64(&angles));
         let directions = at.directions();
@@ -201,7 +201,7 @@ fn spectra_have_colors_of_rgb() {
         read(&to_rgl("", material as &dyn Material, colors).expect("the BRDF is finite"))
     });
     for angles in uniform_valid(2_000, 5) {
-        let (expected, actual) = (rgb.brdf(angles), spectral.brdf(angles));
+        let (expected, actual) = (rgb.at_angles(angles), spectral.at_angles(angles));
         let largest = expected.into_iter().fold(0.0, f32::max);
         for (one, other) in expected.into_iter().zip(actual) {
             assert!(
@@ -222,7 +222,7 @@ fn brdf_is_0_below_the_horizon_and_for_negative_values() {
     // At the horizon, stored values are divided by a cosine near 0.
     for step in -5..5 {
         let theta = PI / 4.0 + 1e-8 * f64::from(step);
-        let brdf = material.brdf(crate::angles([theta, PI / 4.0, PI]));
+        let brdf = material.at_angles(crate::angles([theta, PI / 4.0, PI]));
         assert!(brdf.iter().all(|value| value.is_finite()), "{brdf:?}");
     }
     let negative = read(&floats("rgb", &[1, 3, 3, 4, 5], &[-0.01]));

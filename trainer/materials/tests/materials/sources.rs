@@ -207,7 +207,7 @@ fn procedural_sets_follow_count_and_seed() {
         let materials = materials.iter();
         materials
             .map(|material| {
-                let brdf = material.brdf(angles([0.2, 0.7, 1.5]));
+                let brdf = material.at_angles(angles([0.2, 0.7, 1.5]));
                 (material.name().to_owned(), brdf)
             })
             .collect()

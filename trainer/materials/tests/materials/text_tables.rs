@@ -30,7 +30,7 @@ fn reads_tables_written_by_hand() {
         let at = angles([theta_h, 0.3, phi_d]);
         let expected = [0.0, 0.052_427_5, 0.159_779];
         assert!(
-            blue.brdf(at)
+            blue.at_angles(at)
                 .iter()
                 .zip(expected)
                 .all(|(f, expected)| (f - expected).abs() < 1e-6)
@@ -38,7 +38,7 @@ fn reads_tables_written_by_hand() {
         let quarter: f64 = std::f64::consts::FRAC_PI_2;
         let expected =
             (theta_h / quarter + 2.0 * phi_d.min(2.0 * quarter - phi_d) / quarter) as f32;
-        let brdf = bands.brdf(at);
+        let brdf = bands.at_angles(at);
         assert!(
             brdf.iter().all(|f| (f / expected - 1.0).abs() < 0.03),
             "{brdf:?} {expected}"
@@ -70,7 +70,7 @@ fn reads_tables_written_by_hand() {
     );
     let gray = &load(&folder.at("gray_brdf.xompt")).expect("the file is read")[0];
     assert_eq!(gray.name(), "gray");
-    let brdf = gray.brdf(angles([0.2, 0.5, 1.0]));
+    let brdf = gray.at_angles(angles([0.2, 0.5, 1.0]));
     assert!(
         brdf.iter().all(|f| (f / 0.2 - 1.0).abs() < 0.02),
         "{brdf:?}"

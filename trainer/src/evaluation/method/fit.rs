@@ -111,8 +111,10 @@ impl Method<'_> {
                 });
             }
             FitAlgorithm::RidgeAnywhere(precision, basis) => {
-                let measured: Vec<[f32; 3]> =
-                    angles.iter().map(|angles| material.brdf(*angles)).collect();
+                let measured: Vec<[f32; 3]> = angles
+                    .iter()
+                    .map(|angles| material.at_angles(*angles))
+                    .collect();
                 ComponentsAt::new(basis, angles.to_vec()).fit(precision, &measured)
             }
             FitAlgorithm::SgdAnywhere(descent) => with_model!(
@@ -160,7 +162,7 @@ pub fn measure(material: &dyn Material, angles: &[Angles<f32>]) -> Vec<Sample<f3
         .iter()
         .map(|angles| Sample {
             at: HalfDifference::from_angles(*angles),
-            measured: material.brdf(*angles),
+            measured: material.at_angles(*angles),
             weight,
         })
         .collect()

@@ -75,10 +75,10 @@ impl Columns {
                 ];
                 for (index, material) in selected.iter().map(|index| &materials[*index]).enumerate()
                 {
-                    material.brdf_batch(&one, &mut brdf[0]);
+                    material.evaluate(&one, &mut brdf[0]);
                     let opposite = usize::from(!material.is_reciprocal());
                     if opposite > 0 {
-                        material.brdf_batch(&other, &mut brdf[opposite]);
+                        material.evaluate(&other, &mut brdf[opposite]);
                     }
                     let measured = brdf[0].iter().zip(&brdf[opposite]).zip(directions);
                     for (row, ((one, other), (_, _, weight))) in

@@ -80,7 +80,7 @@ fn mapped_brdf(material: &dyn Material, angles: Angles<f64>) -> [f64; 3] {
         PI - angles.phi_d,
         PI + angles.phi_d,
     ] {
-        let brdf = material.brdf(Angles {
+        let brdf = material.at_angles(Angles {
             theta_h: angles.theta_h as f32,
             theta_d: angles.theta_d as f32,
             phi_d: phi_d as f32,

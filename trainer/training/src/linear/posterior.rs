@@ -354,7 +354,7 @@ pub(super) mod tests {
     pub(crate) fn readings(material: &dyn Material, count: usize) -> Vec<PosteriorReading> {
         let angles = uniform_valid(count, 5).into_iter();
         angles
-            .map(|angles| PosteriorReading::new(angles, material.brdf(angles)))
+            .map(|angles| PosteriorReading::new(angles, material.at_angles(angles)))
             .collect()
     }
 
@@ -421,7 +421,7 @@ pub(super) mod tests {
     fn uncertainty_follows_readings() {
         let prior = prior();
         let material = Procedural::new(3, 7);
-        let fit = |at: &HalfDifference<f32>| material.brdf(glimpse_materials::angles_of(at));
+        let fit = |at: &HalfDifference<f32>| material.at_angles(glimpse_materials::angles_of(at));
         let loss = |readings: &[PosteriorReading]| {
             f64::from(
                 Posterior::new(&prior, readings)

@@ -66,7 +66,7 @@ fn measure<'p>(pool: &WarpedPool, material: usize, pattern: &'p Pattern) -> Weig
     let material = &pool.materials()[material];
     let samples = pattern.angles().iter().zip(pattern.valid());
     let brdf = samples.map(|(angles, valid)| match valid {
-        true => material.brdf(*angles),
+        true => material.at_angles(*angles),
         false => [0.0; 3],
     });
     let brdf: Vec<[f32; 3]> = brdf.collect();

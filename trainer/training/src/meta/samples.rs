@@ -73,7 +73,7 @@ impl SampledMaterial {
         let angles = uniform_valid(size.next_multiple_of(WIDTH), seed);
         let directions = angles.iter().copied().map(HalfDifference::from_angles);
         let directions: Vec<HalfDifference<f32>> = directions.collect();
-        let brdf: Vec<[f32; 3]> = angles.iter().map(|at| material.brdf(*at)).collect();
+        let brdf: Vec<[f32; 3]> = angles.iter().map(|at| material.at_angles(*at)).collect();
         Self {
             at: directions.chunks(WIDTH).map(Octet::transpose).collect(),
             values: brdf.chunks(WIDTH).map(transpose_rgb).collect(),

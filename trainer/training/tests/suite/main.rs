@@ -1,6 +1,5 @@
-//! Tests of training: tables of the model Linear, meta-gradients, and an independent implementation of both.
+//! Tests of training: tables of the model Linear, meta-gradients, nets and recipes.
 
-mod burn_reference;
 mod linear;
 mod meta_gradient;
 mod metadata;

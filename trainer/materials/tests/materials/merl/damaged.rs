@@ -3,7 +3,7 @@
 use std::fs;
 
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{Material, MerlTable, SourceError};
+use glimpse_materials::{Brdf, MerlTable, SourceError};
 
 use super::tabulate;
 use crate::network;
@@ -88,7 +88,7 @@ fn other_forms_are_read_like_the_standard_one() {
     let brdf = |table: &MerlTable| -> Vec<[f32; 3]> {
         uniform_valid(500, 3)
             .into_iter()
-            .map(|angles| table.brdf(angles))
+            .map(|angles| table.at_angles(angles))
             .collect()
     };
     let expected = brdf(&file.read());

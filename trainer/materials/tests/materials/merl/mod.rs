@@ -9,7 +9,7 @@ use std::io::{Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::{Coverage, Material, MerlTable};
+use glimpse_materials::{Brdf, Coverage, Material, MerlTable};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
@@ -108,7 +108,7 @@ fn table_holds_the_tabulated_brdf() {
     check_property((node_indices(), 1..3usize), |(at, half_turns)| {
         let point = node_angles(at);
         prop_assume!(is_valid(point));
-        for (channel, expected) in network.brdf(angles(point)).into_iter().enumerate() {
+        for (channel, expected) in network.at_angles(angles(point)).into_iter().enumerate() {
             let stored = bytes[offset(at, channel) as usize..].first_chunk();
             let scale = [1.0, 1.15, 1.66][channel] / 1500.0;
             let actual = f64::from_le_bytes(*stored.expect("eight bytes")) * scale;
@@ -119,8 +119,8 @@ fn table_holds_the_tabulated_brdf() {
         // Rounding angles to f32 moves them by up to 7e-6 of a cell, and by more if half turns were added.
         for (point, tolerance) in [(point, 2e-6), (turned, 2e-5)] {
             let (actual, _) = table.brdf_with_derivative(angles(point));
-            prop_assert_eq!(actual, table.brdf(angles(point)));
-            let expected = network.brdf(angles(node_angles(at)));
+            prop_assert_eq!(actual, table.at_angles(angles(point)));
+            let expected = network.at_angles(angles(node_angles(at)));
             for (actual, expected) in actual.into_iter().zip(expected) {
                 prop_assert!((actual - expected).abs() <= tolerance * expected.max(0.1));
             }
@@ -169,8 +169,8 @@ fn interpolation_error_is_within_its_bound() {
         let bound: f64 = (0..3)
             .map(|i| 0.5 * (FREQUENCY[i] * (high[i] - low[i])).powi(2) / 8.0)
             .sum();
-        let actual = table.brdf(angles(point));
-        for (actual, exact) in actual.into_iter().zip(smooth.brdf(angles(point))) {
+        let actual = table.at_angles(angles(point));
+        for (actual, exact) in actual.into_iter().zip(smooth.at_angles(angles(point))) {
             let error = f64::from((actual - exact).abs());
             largest.set(largest.get().max(error / bound));
             prop_assert!(error <= bound + 1e-6, "{error} at {point:?}, above {bound}");
@@ -246,7 +246,7 @@ fn zero_is_measured_and_values_that_become_invalid_are_excluded() {
     let table = file.read();
     assert_eq!(table.coverage(), Coverage::Complete);
     let (cell, center) = ([20, 30, 40], [0.079, 0.53, 0.71]);
-    assert_eq!(table.brdf(angles(center)), [0.0, 0.0, 0.5]);
+    assert_eq!(table.at_angles(angles(center)), [0.0, 0.0, 0.5]);
     // Another program changes the file after the table was opened.
     let invalid = [-1.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 3.5e38];
     for (bits, value) in (0..8).zip(invalid.iter().cycle()) {
@@ -262,7 +262,7 @@ fn zero_is_measured_and_values_that_become_invalid_are_excluded() {
 #[test]
 fn lookups_clamp_theta_and_wrap_phi() {
     let table = tabulate(&network(4)).read();
-    let brdf_at = |point| table.brdf(angles(point));
+    let brdf_at = |point| table.at_angles(angles(point));
     let [theta_h, theta_d, _] = node_angles([89, 89, 0]);
     // The last nodes of theta_h and theta_d are below pi/2.
     assert_eq!(
@@ -293,5 +293,8 @@ fn lookups_clamp_theta_and_wrap_phi() {
 #[test]
 fn negative_values_are_written_as_0() {
     let file = tabulate(&FunctionMaterial(|_| [-0.5, 0.5, -0.0]));
-    assert_eq!(file.read().brdf(angles([0.3, 0.3, 0.3])), [0.0, 0.5, 0.0]);
+    assert_eq!(
+        file.read().at_angles(angles([0.3, 0.3, 0.3])),
+        [0.0, 0.5, 0.0]
+    );
 }

@@ -32,28 +32,14 @@ impl TaskMaterial {
     }
 }
 
-impl Material for TaskMaterial {
-    fn name(&self) -> &str {
-        self.materials[self.task.material].name()
-    }
-
-    fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
+impl Brdf for TaskMaterial {
+    fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
         let mut brdf = [[0.0; 3]];
-        self.brdf_batch(&[HalfDifference::from_angles(angles)], &mut brdf);
+        self.evaluate(&[HalfDifference::from_angles(angles)], &mut brdf);
         brdf[0]
     }
 
-    fn brdf_with_derivative(&self, angles: Angles<f32>) -> BrdfWithDerivative {
-        let [own, partner] = [
-            (self.task.material, self.warps[0]),
-            (self.task.partner, self.warps[1]),
-        ]
-        .map(|(material, warp)| evaluate_warped(&*self.materials[material], warp, &[angles])[0]);
-        let mixed = self.mix(angles, &own, &partner);
-        (mixed.map(|dual| dual.value), mixed.map(|dual| dual.tangent))
-    }
-
-    fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         let angles: Vec<Angles<f32>> = at.iter().map(angles_of).collect();
         let mut values = [
             (self.task.material, self.warps[0]),
@@ -70,5 +56,21 @@ impl Material for TaskMaterial {
                 .map(|values| (values.next().unwrap_or_default(), [[0.0; 3]; 3]));
             *brdf = self.mix(angles, &own, &partner).map(|dual| dual.value);
         }
+    }
+}
+
+impl Material for TaskMaterial {
+    fn name(&self) -> &str {
+        self.materials[self.task.material].name()
+    }
+
+    fn brdf_with_derivative(&self, angles: Angles<f32>) -> BrdfWithDerivative {
+        let [own, partner] = [
+            (self.task.material, self.warps[0]),
+            (self.task.partner, self.warps[1]),
+        ]
+        .map(|(material, warp)| evaluate_warped(&*self.materials[material], warp, &[angles])[0]);
+        let mixed = self.mix(angles, &own, &partner);
+        (mixed.map(|dual| dual.value), mixed.map(|dual| dual.tangent))
     }
 }

@@ -45,7 +45,7 @@ fn columns_are_logarithms_of_materials() {
         let mut brdf = [[[0.0; 3]; 2]; 6];
         for (material, brdf) in MATERIALS.materials.iter().zip(&mut brdf) {
             let at = [0.0, PI].map(|offset| half_difference(angles, offset));
-            material.brdf_batch(&at, brdf);
+            material.evaluate(&at, brdf);
         }
         for (column, value) in MATERIALS.columns.at_node(node).iter().enumerate() {
             // Columns hold the mean over phi_d and phi_d + pi.
@@ -158,7 +158,7 @@ fn all_components_reproduce_columns() {
             }
             let at = [0.0, PI].map(|offset| half_difference(angles, offset));
             let (mut both, mut brdf) = ([[0.0; 3]; 2], [[0.0; 3]]);
-            material.brdf_batch(&at, &mut both);
+            material.evaluate(&at, &mut both);
             reconstruction.evaluate(&at[..1], &mut brdf);
             for channel in 0..3 {
                 let expected = 0.5 * f64::from(both[0][channel] + both[1][channel]);

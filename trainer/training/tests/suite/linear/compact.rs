@@ -27,7 +27,10 @@ static COMPACT: LazyLock<Vec<u8>> =
 fn coefficients(material: usize) -> Vec<f32> {
     let angles = uniform_valid(2000, 5);
     let material = &MATERIALS.materials[material];
-    let measured: Vec<[f32; 3]> = angles.iter().map(|angles| material.brdf(*angles)).collect();
+    let measured: Vec<[f32; 3]> = angles
+        .iter()
+        .map(|angles| material.at_angles(*angles))
+        .collect();
     let precision = [4.0; COMPONENTS];
     ComponentsAt::new(&WHOLE, angles).fit(&precision, &measured)
 }

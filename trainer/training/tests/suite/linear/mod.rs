@@ -1,5 +1,5 @@
 //! Tests of the tables of the model Linear (grid, columns, principal components, files), and of the patterns of the
-//! method NJR15 (Nielsen et al. 2015). `meta_gradient` and `burn_reference` test the training.
+//! method NJR15 (Nielsen et al. 2015). `meta_gradient` tests the training.
 
 mod basis;
 mod compact;

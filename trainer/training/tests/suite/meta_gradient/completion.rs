@@ -14,7 +14,7 @@ use glimpse_core::model::linear::map;
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 use glimpse_kernels::scan::scan;
 use glimpse_kernels::with_model;
-use glimpse_materials::{Material, Procedural};
+use glimpse_materials::{Brdf, Material, Procedural};
 use glimpse_training::meta::completion::dataset::{Dataset, Subset};
 use glimpse_training::meta::completion::objective::{CompletionObjective, StepOptions};
 use glimpse_training::meta::completion::refinement::{GaussNewtonRefinement, Refinement};
@@ -372,13 +372,14 @@ fn packed_recipe_matches_trained_net() {
     let system = Cholesky::new(system).expect("the system is positive definite");
     let (mut squared_error, mut squared_norm) = (0.0, 0.0);
     for material in Procedural::set(6, 77) {
-        let outcome = scan(&recipe, &mut |angles| material.brdf(angles)).expect("the fit succeeds");
+        let outcome =
+            scan(&recipe, &mut |angles| material.at_angles(angles)).expect("the fit succeeds");
         let mut batch = Batch::new(net.shape, 1);
         let mut mapped = [const { Vec::new() }; 3];
         for (sample, (angles, center)) in learned.pattern.iter().zip(&ridge.center).enumerate() {
             let at = HalfDifference::from_angles(*angles);
             let weight = at.cos_theta_i() * at.cos_theta_o();
-            let reading = material.brdf(*angles);
+            let reading = material.at_angles(*angles);
             let reading = reading.map(|y| (map(y, weight) - center) * net.scale);
             for (list, value) in mapped.iter_mut().zip(reading) {
                 list.push(value / net.scale);

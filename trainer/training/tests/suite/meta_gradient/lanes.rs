@@ -216,7 +216,7 @@ fn compare_patterns<M: LaneModel>() {
             let brdf: Vec<[f32; 3]> = pattern
                 .angles()
                 .iter()
-                .map(|at| material.brdf(*at))
+                .map(|at| material.at_angles(*at))
                 .collect();
             let directions = pattern.octet_directions();
             let inner = WeightedSamples::present(directions, &brdf, pattern.valid());

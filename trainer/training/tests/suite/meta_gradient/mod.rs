@@ -1,5 +1,5 @@
 //! Tests of the meta-gradient: against forward mode, on lanes, on different numbers of threads, with respect to a pattern's
-//! logits, and over a batch. `burn_reference` compares it with an independent implementation.
+//! logits, and over a batch.
 
 mod completion;
 mod determinism;

@@ -82,7 +82,7 @@ fn expected_loss_is_that_of_folds() {
         let errors = directions.iter().enumerate().map(|(direction, angles)| {
             let cosine = at.cos_theta_i[direction];
             let modeled = at.brdf(direction, &coefficients);
-            let measured = material.brdf(*angles);
+            let measured = material.at_angles(*angles);
             let channels = measured.iter().zip(modeled);
             let errors = channels.map(|(y, f)| ((y * cosine).ln_1p() - (f * cosine).ln_1p()).abs());
             f64::from(errors.sum::<f32>())
@@ -101,7 +101,7 @@ fn fit(at: &ComponentsAt, material: &dyn Material) -> Vec<f32> {
     let count = at.components;
     let channels = (0..3).flat_map(|channel| {
         let mapped = at.angles.iter().enumerate().map(|(sample, angles)| {
-            let y = f64::from(material.brdf(*angles)[channel]);
+            let y = f64::from(material.at_angles(*angles)[channel]);
             let weight = f64::from(at.cosines[sample].value);
             ((y * weight + EPSILON) / EPSILON).ln() - f64::from(at.mean[sample].value)
         });

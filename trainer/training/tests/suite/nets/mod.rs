@@ -7,7 +7,6 @@ mod implementation;
 use glimpse_kernels::completion::Shape;
 
 use self::case::Case;
-use crate::burn_reference::relative_error;
 
 /// The largest permitted error in single precision, relative to the largest entry of the list.
 ///
@@ -126,4 +125,26 @@ fn start_net_matches_core() {
         shape(8, [24, 64, 32], 7),
         shape(8, [24, 64, 32], 675),
     ]);
+}
+
+/// Returns the largest difference between two lists, relative to the largest expected entry. Returns NaN if a
+/// difference is NaN.
+fn relative_error(actual: &[f64], expected: &[f64]) -> f64 {
+    assert_eq!(actual.len(), expected.len());
+    let largest = expected
+        .iter()
+        .fold(0.0_f64, |max, entry| max.max(entry.abs()));
+    let differences = actual.iter().zip(expected).map(|(a, b)| (a - b).abs());
+    let difference = differences.fold(0.0, |max: f64, difference| {
+        if difference.is_nan() {
+            difference
+        } else {
+            max.max(difference)
+        }
+    });
+    if difference == 0.0 {
+        0.0
+    } else {
+        difference / largest
+    }
 }

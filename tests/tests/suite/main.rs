@@ -1,0 +1,261 @@
+//! The virtual scanner with a device that is simulated on the host.
+
+use std::net::{TcpListener, TcpStream};
+use std::thread;
+use std::time::Duration;
+
+use glimpse_core::driver::Host;
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::geometry::{Directions, HalfDifference};
+use glimpse_core::link::{FailureReport, PROTOCOL, Reply, Request};
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::Recipe;
+use glimpse_materials::sampling::uniform_valid;
+use glimpse_materials::{Brdf, FittedMaterial, Material, Procedural};
+use glimpse_tests::RECIPE;
+use glimpse_tests::device::{Device, OWN_READING, fit};
+use glimpse_tests::host::{noiseless_scanner, unseen_material};
+use glimpse_tests::noisy_line::{Fault, NoisyLine};
+use glimpse_trainer::scanner::{ScanReport, ScannerError, ScannerNoise, VirtualScanner, angles_of};
+
+const REPLY_TIMEOUT: Duration = Duration::from_millis(30);
+
+/// Returns both ends of a line: device and host.
+fn line() -> (TcpStream, TcpStream) {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let device = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+    let (host, _) = listener.accept().unwrap();
+    host.set_nodelay(true).unwrap();
+    host.set_read_timeout(Some(Duration::from_secs(30)))
+        .unwrap();
+    (device, host)
+}
+
+fn material() -> Procedural {
+    unseen_material(0)
+}
+
+fn hello(protocol: u16) -> Request {
+    Request::Hello {
+        protocol,
+        model: ModelKind::Neural,
+        samples: 8,
+        recipe: 0,
+    }
+}
+
+#[test]
+fn conversion_to_directions_keeps_angles() {
+    for angles in uniform_valid(1000, 1) {
+        let original = HalfDifference::from_angles(angles);
+        let converted = HalfDifference::from_angles(angles_of(&original.directions()).unwrap());
+        for (a, b) in [
+            (original.hx, converted.hx),
+            (original.hz, converted.hz),
+            (original.dx, converted.dx),
+            (original.dy, converted.dy),
+            (original.dz, converted.dz),
+        ] {
+            assert!(
+                (a - b).abs() < 1e-5,
+                "{angles:?}: {original:?} {converted:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn device_receives_brdf_and_host_receives_fit() {
+    let (device, mut host) = line();
+    let device = thread::spawn(move || Device::new(device, REPLY_TIMEOUT)?.scan(RECIPE));
+    let material = material();
+    let report = noiseless_scanner(&material).serve(&mut host).unwrap();
+    device.join().unwrap().unwrap();
+
+    assert_eq!(report.recipe, Recipe::parse(RECIPE).unwrap().checksum());
+    assert_correct(&report);
+    let loss = report.loss(None, &material).unwrap();
+    assert!(loss.is_finite());
+
+    // The material's file is a source of materials.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scan.json");
+    let files = report.material_files(&path, "scan", None, Some(loss));
+    let [(path, json)] = &files.unwrap()[..] else {
+        panic!("not one file");
+    };
+    std::fs::write(path, json).unwrap();
+    let read = FittedMaterial::read(path).unwrap();
+    assert_eq!(
+        (read.name(), read.fitted().values()),
+        ("scan", &report.values[..])
+    );
+}
+
+#[test]
+fn listener_receives_the_fit_of_a_device_that_measures() {
+    let (device, mut host) = line();
+    let device =
+        thread::spawn(move || Device::new(device, REPLY_TIMEOUT)?.scan_with(RECIPE, Host::Listens));
+    let report = VirtualScanner::listener().serve(&mut host).unwrap();
+    device.join().unwrap().unwrap();
+    assert!(report.readings.is_empty());
+    let fitted = report.fitted(None).unwrap();
+    for angles in Recipe::parse(RECIPE).unwrap().pattern() {
+        let brdf = fitted.at_angles(angles);
+        let errors = brdf.iter().zip(OWN_READING);
+        assert!(
+            errors.clone().all(|(f, own)| (f / own - 1.0).abs() < 0.3),
+            "{brdf:?}"
+        );
+    }
+}
+
+/// With one corrupted byte in 100, the scan is complete and correct. With one in ten, the device may also give up and
+/// close the line.
+#[test]
+fn tolerates_each_kind_of_fault() {
+    for fault in Fault::ALL {
+        for rate in [0.01, 0.1] {
+            let (device, host) = line();
+            let device = thread::spawn(move || Device::new(device, REPLY_TIMEOUT)?.scan(RECIPE));
+            let material = material();
+            let mut host = NoisyLine::with(host, &[fault], rate, 1);
+            let result = noiseless_scanner(&material).serve(&mut host);
+            assert!(host.corrupted > 0, "{fault:?}");
+            drop(host);
+            // If the last reply of the host was corrupted, the device receives no further reply.
+            let _ = device.join().unwrap();
+            match result {
+                Ok(report) => assert_correct(&report),
+                Err(ScannerError::Closed | ScannerError::Link(_)) if rate == 0.1 => {}
+                Err(other) => panic!("{fault:?} {rate}: {other}"),
+            }
+        }
+    }
+}
+
+fn assert_correct(report: &ScanReport) {
+    let (values, residual) = fit(RECIPE, &report.readings);
+    assert_eq!(report.values, values);
+    assert_eq!(report.residual, residual);
+    for reading in &report.readings {
+        assert_eq!(reading.reading.brdf, material().at_angles(reading.angles));
+    }
+}
+
+#[test]
+fn noise_depends_on_seed() {
+    let scan = |seed| {
+        let (device, mut host) = line();
+        let device = thread::spawn(move || Device::new(device, REPLY_TIMEOUT)?.scan(RECIPE));
+        let noise = ScannerNoise {
+            deviation: 0.1,
+            seed,
+        };
+        let material = material();
+        let report = VirtualScanner::new(&material, noise)
+            .serve(&mut host)
+            .unwrap();
+        device.join().unwrap().unwrap();
+        report
+            .readings
+            .iter()
+            .map(|reading| reading.reading.brdf)
+            .collect::<Vec<_>>()
+    };
+    let (first, repeated, other) = (scan(1), scan(1), scan(2));
+    assert_eq!(first, repeated);
+    assert!(first.iter().zip(&other).all(|(a, b)| a != b));
+}
+
+#[test]
+fn refuses_invalid_requests() {
+    let (device, mut host) = line();
+    let host = thread::spawn(move || {
+        let material = material();
+        noiseless_scanner(&material).serve(&mut host)
+    });
+    let mut device = Device::new(device, REPLY_TIMEOUT).unwrap();
+    let measure = |incoming| Request::Measure {
+        index: 0,
+        directions: Directions {
+            incoming,
+            outgoing: [0.0, 0.0, 1.0],
+        },
+    };
+    let above = measure([0.0, 0.0, 1.0]);
+    let reply = device.request(&above).unwrap();
+    assert_eq!(reply, Reply::Refused(ErrorCode::RefusedNoScan));
+    device.request(&hello(PROTOCOL)).unwrap();
+    let reply = device.request(&above).unwrap();
+    assert!(matches!(reply, Reply::Measured { .. }));
+    let below = measure([1.0, 0.0, -0.1]);
+    let values_from_offset_1 = Request::Values {
+        offset: 1,
+        total: 675,
+        values: Default::default(),
+    };
+    for (request, refusal) in [
+        (below, ErrorCode::RefusedDirections),
+        (values_from_offset_1, ErrorCode::RefusedValues),
+    ] {
+        assert_eq!(device.request(&request).unwrap(), Reply::Refused(refusal));
+    }
+
+    let failure = FailureReport::from(Error::new(ErrorCode::RecipeChecksum));
+    device.request(&Request::Failed(failure)).unwrap();
+    let error = host.join().unwrap().unwrap_err();
+    assert!(matches!(error, ScannerError::Device(report) if report == failure));
+}
+
+/// After a reset, a device offers its saved readings.
+#[test]
+fn saved_readings_are_accepted_only_if_unchanged() {
+    let material = material();
+    let mut scanner = noiseless_scanner(&material);
+    let (device, mut host) = line();
+    let device = thread::spawn(move || {
+        let mut device = Device::new(device, REPLY_TIMEOUT).unwrap();
+        let directions = Directions {
+            incoming: [0.0, 0.0, 1.0],
+            outgoing: [0.6, 0.0, 0.8],
+        };
+        let index = 0;
+        let saved = |reading| Request::Saved { index, reading };
+        let refused = Reply::Refused(ErrorCode::RefusedSaved);
+        device.request(&hello(PROTOCOL)).unwrap();
+        let reply = device
+            .request(&Request::Measure { index, directions })
+            .unwrap();
+        let Reply::Measured { reading, .. } = reply else {
+            panic!("{reply:?}")
+        };
+        // Without a hello in between, there was no reset.
+        assert_eq!(device.request(&saved(reading)).unwrap(), refused);
+        device.request(&hello(PROTOCOL)).unwrap();
+        let mut altered = reading;
+        altered.brdf[1] += 0.1;
+        assert_eq!(device.request(&saved(altered)).unwrap(), refused);
+        altered = reading;
+        altered.saturated = true;
+        assert_eq!(device.request(&saved(altered)).unwrap(), refused);
+        let other_sample = Request::Saved { index: 1, reading };
+        assert_eq!(device.request(&other_sample).unwrap(), refused);
+        assert_eq!(device.request(&saved(reading)).unwrap(), Reply::Accepted);
+        // After a second reset, the reading is accepted again. With another recipe, it is refused.
+        device.request(&hello(PROTOCOL)).unwrap();
+        assert_eq!(device.request(&saved(reading)).unwrap(), Reply::Accepted);
+        let hello_of_other_recipe = Request::Hello {
+            protocol: PROTOCOL,
+            model: ModelKind::Neural,
+            samples: 8,
+            recipe: 1,
+        };
+        device.request(&hello_of_other_recipe).unwrap();
+        assert_eq!(device.request(&saved(reading)).unwrap(), refused);
+    });
+    // The device closes the line.
+    assert!(scanner.serve(&mut host).is_err());
+    device.join().unwrap();
+}

@@ -1,0 +1,195 @@
+//! `trainer compare`
+
+use std::path::{Path, PathBuf};
+
+use crate::report::{
+    Cell, Column, Gallery, GalleryRow, Lobe, MAX_LOBES, Page, Table, Tile, lobe, lobe_svg,
+    metric_columns,
+};
+use anyhow::bail;
+use clap::Args;
+use glimpse_materials::{Material, Source};
+use glimpse_trainer::evaluation::Evaluator;
+use glimpse_trainer::metrics::{Metrics, color_differences};
+use glimpse_trainer::render::{Picture, render_sphere};
+use rayon::prelude::*;
+use serde_json::json;
+
+use super::lock::Lock;
+use super::output::{create_out_folder, file_as_json, write_file};
+use super::{emit, load};
+
+/// Compare materials with a reference.
+///
+/// Materials are measurements, fits of `trainer fit`, MERL, RGL, NBRDF or any other source. Each gets
+/// the loss of `trainer evaluate`, and the errors of a sphere: CIEDE2000 (about 1 is visible), DSSIM
+/// and PSNR. With --out, the folder DIR gets a page, index.html, with spheres, their differences, and
+/// lobes in the plane of incidence, and the table as errors.csv.
+///
+/// Example: trainer compare gold.binary gold-n8/material.json gold-n16/material.json --out compared/
+///          trainer compare gold.binary fits/ --json
+///          trainer compare gold.binary gold_rgb.bsdf gold_fc1.npy
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Compare {
+    /// Reference: a source with a single material (see SOURCES in `trainer --help`)
+    reference: Source,
+    /// Materials that are compared with it
+    #[arg(required = true, value_name = "SOURCE")]
+    materials: Vec<Source>,
+    /// Folder for the page
+    #[arg(long, short, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print JSON: reference, page, and material, source, loss, delta_e, dssim, l2 and psnr of each
+    #[arg(long)]
+    json: bool,
+}
+
+/// Width and height of the page's spheres, pixels.
+const SPHERE_SIZE: usize = 256;
+/// The color difference that is white in the pictures of differences.
+const WHITE_DIFFERENCE: f64 = 10.0;
+/// Polar angles of the light in the plots of lobes, degrees.
+const LOBE_THETA_I: [f32; 2] = [30.0, 60.0];
+/// A material that is compared.
+struct Compared {
+    material: Box<dyn Material>,
+    /// The source, as given.
+    source: String,
+    /// The material's name, followed by the source if another material or the reference has the same name.
+    label: String,
+    metrics: Metrics,
+}
+
+impl Compare {
+    pub(crate) fn run(&self) -> anyhow::Result<()> {
+        let references = load(&self.reference)?;
+        let [reference] = &references[..] else {
+            bail!(
+                "{} has {} materials, but the reference is a single one: name its file",
+                self.reference,
+                references.len()
+            );
+        };
+        let compared = self.compare(&references)?;
+        let table = table(reference.name(), &compared);
+        if let Some(out) = &self.out {
+            create_out_folder(out)?;
+            let _lock = Lock::of_folder(out)?;
+            write_file(&out.join("errors.csv"), table.to_csv().as_bytes(), true)?;
+            write_page(out, &**reference, &compared, &table)?;
+        }
+        let index = self.out.as_ref().map(|out| out.join("index.html"));
+        if let Some(index) = &index {
+            eprintln!("wrote {}", index.display());
+        }
+        let rows = compared.iter().map(|compared| {
+            let mut row = serde_json::to_value(compared.metrics)?;
+            row["material"] = json!(compared.material.name());
+            row["source"] = json!(compared.source);
+            Ok(row)
+        });
+        let report = json!({
+            "reference": reference.name(),
+            "page": index.as_deref().map(file_as_json),
+            "materials": rows.collect::<anyhow::Result<Vec<_>>>()?,
+        });
+        emit(self.json, &report, || {
+            format!("{}\n{}", table.caption, table.to_text())
+        })
+    }
+
+    /// Loads the materials and compares them with the only one of `references`.
+    fn compare(&self, references: &[Box<dyn Material>]) -> anyhow::Result<Vec<Compared>> {
+        let mut loaded = Vec::new();
+        for source in &self.materials {
+            let materials = load(source)?.into_iter();
+            loaded.extend(materials.map(|material| (source.to_string(), material)));
+        }
+        let names = references
+            .iter()
+            .chain(loaded.iter().map(|(_, material)| material));
+        let names: Vec<String> = names.map(|material| material.name().to_owned()).collect();
+        let evaluator = Evaluator::new(references);
+        let compared = loaded.into_par_iter().map(|(source, material)| {
+            let (metrics, _) = evaluator.compare(0, &*material)?;
+            let name = material.name();
+            let count = names.iter().filter(|other| *other == name).count();
+            Ok(Compared {
+                label: match count {
+                    1 => name.to_owned(),
+                    _ => format!("{name} ({source})"),
+                },
+                material,
+                source,
+                metrics,
+            })
+        });
+        compared.collect()
+    }
+}
+
+fn table(reference: &str, compared: &[Compared]) -> Table {
+    let row = |compared: &Compared| {
+        let label = [compared.label[..].into()].into_iter();
+        label.chain(Cell::of_metrics(&compared.metrics)).collect()
+    };
+    let columns = [&[Column::text("Material")][..], &metric_columns()].concat();
+    let rows = compared.iter().map(row);
+    Table::new(format!("Errors against {reference}"), columns, rows)
+}
+
+fn write_page(
+    out: &Path,
+    reference: &dyn Material,
+    compared: &[Compared],
+    table: &Table,
+) -> anyhow::Result<()> {
+    let render =
+        |material: &dyn Material| -> Picture { render_sphere(material, SPHERE_SIZE).tone_map() };
+    let sphere = render(reference);
+    let title = format!("reference: {}", reference.name());
+    let rows = compared.par_iter().map(|compared| {
+        let fitted = render(&*compared.material);
+        let differences = color_differences(&sphere, &fitted, WHITE_DIFFERENCE)?;
+        Ok(GalleryRow {
+            title: compared.label.clone(),
+            tiles: vec![
+                Tile::plain(&title, sphere.clone()),
+                Tile {
+                    details: compared.metrics.lines(),
+                    ..Tile::plain(&compared.label, fitted)
+                },
+                Tile::plain("difference", differences),
+            ],
+        })
+    });
+    let gallery = Gallery {
+        caption: format!(
+            "Spheres, and their color difference: {WHITE_DIFFERENCE} and more is white"
+        ),
+        rows: rows.collect::<anyhow::Result<_>>()?,
+    };
+    let mut page = Page::new(format!("Glimpse: comparison with {}", reference.name()))
+        .table(table)
+        .gallery(&gallery)
+        .heading("Lobes");
+    for theta_i in LOBE_THETA_I {
+        for some in compared.chunks(MAX_LOBES) {
+            let curve = |brdf: &dyn Material| lobe(brdf, theta_i.to_radians());
+            let lobes = some.iter().enumerate().map(|(index, compared)| Lobe {
+                name: compared.label.clone(),
+                theta_i: theta_i.to_radians(),
+                curve: curve(&*compared.material),
+                dashed: (index == 0).then(|| (title.clone(), curve(reference))),
+                deviations: Vec::new(),
+            });
+            let svg = lobe_svg(&lobes.collect::<Vec<_>>());
+            page = page.drawing(
+                &svg,
+                &format!("Luminance in the plane of incidence, light at {theta_i} degrees"),
+            );
+        }
+    }
+    Ok(page.write(out)?)
+}

@@ -1,0 +1,338 @@
+//! Reports of evaluations as text and as JSON, with standard errors and warnings about training materials.
+
+use crate::report::{Cell, Column, Table, metric_columns};
+use glimpse_core::recipe::Recipe;
+use glimpse_trainer::evaluation::{Estimate, Report, TargetReport, TrainingOverlap};
+use glimpse_trainer::export::expectation;
+use glimpse_trainer::metrics::METRICS;
+use glimpse_training::meta::completion::loss_predictor::rank_correlation;
+use glimpse_training::recipe::{Metadata, MetadataError};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::expected_loss::expected_loss;
+use super::training_overlap::{Overlaps, warnings};
+
+/// The evaluation of a recipe.
+#[derive(Serialize)]
+pub(super) struct RecipeReport {
+    /// Path of the recipe.
+    recipe: String,
+    #[serde(flatten)]
+    report: Report,
+    prediction: Option<Prediction>,
+    /// The expected loss that the recipe states.
+    promise: Option<Value>,
+    /// The same as text.
+    #[serde(skip)]
+    stated_loss: Option<String>,
+    /// Scans that end at a target loss.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    target: Option<TargetReport>,
+    /// Names of materials that are training materials; None if those are unknown.
+    trained_on: Option<Vec<String>>,
+    /// Names of materials that only share their name with a training material.
+    namesakes_trained_on: Option<Vec<String>>,
+    /// Unseen materials; None if all materials, or none, are unseen.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    new: Option<UnseenLoss>,
+    #[serde(skip)]
+    overlaps: Option<Overlaps>,
+}
+
+/// The losses that the recipe predicts.
+#[derive(Serialize)]
+struct Prediction {
+    /// Mean over the materials.
+    loss: f64,
+    /// Rank correlation of predicted and true losses.
+    rank_correlation: Option<f64>,
+    /// Share of materials whose loss does not exceed its bound.
+    bound_coverage: Option<f64>,
+}
+
+/// The mean loss over unseen materials.
+#[derive(Serialize)]
+struct UnseenLoss {
+    materials: usize,
+    loss: f64,
+    loss_standard_error: Option<f64>,
+}
+
+impl RecipeReport {
+    /// Creates the report of a recipe.
+    ///
+    /// # Errors
+    /// If the recipe's metadata is malformed.
+    pub(super) fn new(
+        path: String,
+        recipe: &Recipe<'_>,
+        mut report: Report,
+        overlaps: Option<Overlaps>,
+        target: Option<TargetReport>,
+    ) -> Result<Self, MetadataError> {
+        let stated_loss = expected_loss(recipe)?;
+        let promise = expectation(&Metadata::of(recipe)?);
+        let promise = promise.unwrap_or_else(|| json!({ "loss": recipe.expected_loss() }));
+        let losses = report.losses();
+        let prediction = report.predicted_losses().map(|predicted| Prediction {
+            loss: Estimate::from_values(&predicted).mean,
+            rank_correlation: rank_correlation(&predicted, &losses),
+            bound_coverage: report.bound_coverage(),
+        });
+        let names = |kind: TrainingOverlap| {
+            let all = overlaps.as_ref()?.iter().zip(&report.materials);
+            let of_kind = all.filter(|(overlap, _)| **overlap == Some(kind));
+            Some(of_kind.map(|(_, each)| each.name.clone()).collect())
+        };
+        let trained_on = names(TrainingOverlap::SameBrdf);
+        let namesakes_trained_on = names(TrainingOverlap::SameName);
+        let mut new = None;
+        if let Some(overlaps) = &overlaps {
+            let pairs = losses.iter().zip(overlaps);
+            let unseen = pairs.filter(|(_, overlap)| overlap.is_none());
+            let unseen: Vec<f64> = unseen.map(|(loss, _)| *loss).collect();
+            if !unseen.is_empty() && unseen.len() < losses.len() {
+                let estimate = Estimate::from_values(&unseen);
+                new = Some(UnseenLoss {
+                    materials: unseen.len(),
+                    loss: estimate.mean,
+                    loss_standard_error: estimate.standard_error,
+                });
+            }
+            for (material, overlap) in report.materials.iter_mut().zip(overlaps) {
+                material.trained_on = Some(*overlap == Some(TrainingOverlap::SameBrdf));
+            }
+        }
+        Ok(Self {
+            recipe: path,
+            report,
+            prediction,
+            promise: stated_loss.is_some().then_some(promise),
+            stated_loss,
+            target,
+            trained_on,
+            namesakes_trained_on,
+            new,
+            overlaps,
+        })
+    }
+
+    fn names(&self) -> Vec<&str> {
+        let materials = self.report.materials.iter();
+        materials.map(|material| &material.name[..]).collect()
+    }
+
+    /// Returns remarks about training materials, predicted losses and the stated loss.
+    fn remarks(&self) -> Vec<String> {
+        let mut remarks = warnings(self.overlaps.as_deref(), &self.names());
+        if let Some(new) = &self.new {
+            let error = new.loss_standard_error;
+            let error = error.map_or(String::new(), |error| {
+                format!(" (standard error {error:.4})")
+            });
+            remarks.push(format!(
+                "mean loss over the {} unseen materials: {:.4}{error}",
+                new.materials, new.loss
+            ));
+        }
+        if let Some(prediction) = &self.prediction {
+            let rank = prediction.rank_correlation.map_or(String::new(), |rank| {
+                format!("; rank correlation of predicted and true losses: {rank:.2}")
+            });
+            remarks.push(format!(
+                "mean loss predicted from the readings: {:.4}{rank}",
+                prediction.loss
+            ));
+            remarks.extend(prediction.bound_coverage.map(|coverage| {
+                format!(
+                    "the loss is at most its bound for {:.0} % of the materials (expected: 90 %)",
+                    100.0 * coverage
+                )
+            }));
+        }
+        remarks.extend(self.target.as_ref().map(describe_target));
+        let stated = self.stated_loss.iter();
+        remarks.extend(stated.map(|text| format!("expected loss of the recipe: {text}")));
+        remarks
+    }
+
+    /// Formats a table with a line for each material, the mean, its standard error, and remarks.
+    pub(super) fn to_text(&self) -> String {
+        let report = &self.report;
+        let mut columns = vec![Column::text("material")];
+        columns.extend(METRICS.map(|metric| Column::plain(metric.title, metric.decimals)));
+        let has_bound = self
+            .prediction
+            .as_ref()
+            .map(|each| each.bound_coverage.is_some());
+        columns.extend(has_bound.map(|_| Column::plain("predicted loss", 4)));
+        columns.extend(
+            has_bound
+                .filter(|has| *has)
+                .map(|_| Column::plain("at most", 4)),
+        );
+        let predictions = columns.len() - 1 - METRICS.len();
+        columns.push(Column::text(""));
+        let row = |name: &str, values: [f64; METRICS.len()], predicted: [_; 2], mark: &str| {
+            let mut row = vec![Cell::from(name)];
+            row.extend(values.map(Cell::Number));
+            row.extend(predicted.map(Cell::from).into_iter().take(predictions));
+            row.push(mark.into());
+            row
+        };
+        let mut rows = Vec::new();
+        for (index, material) in report.materials.iter().enumerate() {
+            let overlap = self.overlaps.as_ref().and_then(|all| all[index]);
+            let mark = match (overlap, material.unlike_training) {
+                (Some(TrainingOverlap::SameBrdf), _) => "training material",
+                (Some(TrainingOverlap::SameName), _) => "same name as a training material",
+                (None, Some(true)) => "unlike the training",
+                (None, _) => "",
+            };
+            let predicted = [material.predicted_loss, material.loss_bound];
+            rows.push(row(
+                &material.name,
+                material.metrics.values(),
+                predicted,
+                mark,
+            ));
+        }
+        let predicted = self.prediction.as_ref().map(|each| each.loss);
+        rows.push(row("mean", report.metrics.values(), [predicted, None], ""));
+        let mut text = format!(
+            "{} {} n = {}\n{}",
+            report.method,
+            report.model,
+            report.samples,
+            Table::new("", columns, rows).to_text()
+        );
+        if let Some(error) = report.loss_standard_error {
+            text += &format!(
+                "standard error of the mean loss, over {} materials: {error:.4}\n",
+                report.materials.len()
+            );
+        }
+        if let Some(seconds) = report.seconds {
+            text += &format!("mean time of a scan: {seconds:.1} s\n");
+        }
+        if report.seeds > 1 {
+            text += &format!(
+                "means over {} seeds; standard deviation of the loss between seeds: {:.4}\n",
+                report.seeds, report.loss_spread
+            );
+        }
+        for remark in self.remarks() {
+            text += &format!("{remark}\n");
+        }
+        text
+    }
+}
+
+fn describe_target(report: &TargetReport) -> String {
+    let held = match (report.early_held, report.early_seconds) {
+        (Some(held), Some(seconds)) => format!(
+            ", after {seconds:.1} seconds on average; {:.0} % of these have at most this loss",
+            100.0 * held
+        ),
+        _ => String::new(),
+    };
+    format!(
+        "scans that end at a bound of {}: {:.1} of {} readings and {:.1} of {:.1} seconds on average; {:.0} % end \
+         early{held}",
+        report.target,
+        report.readings,
+        report.samples,
+        report.seconds,
+        report.plan_seconds,
+        100.0 * report.early_share,
+    )
+}
+
+/// The reports of several recipes on the same materials.
+#[derive(Serialize)]
+pub(super) struct Comparison<'a> {
+    recipes: &'a [RecipeReport],
+    /// The difference of each recipe to the first one.
+    differences: Vec<Difference<'a>>,
+}
+
+/// The difference of the losses of two recipes, paired by material.
+#[derive(Serialize)]
+struct Difference<'a> {
+    recipe: &'a str,
+    base: &'a str,
+    /// Mean difference.
+    loss: f64,
+    standard_error: Option<f64>,
+    /// Number of materials on which the recipe has less loss than the base.
+    less_loss_on: usize,
+}
+
+impl<'a> Comparison<'a> {
+    /// Compares at least one report with the first one.
+    pub(super) fn new(recipes: &'a [RecipeReport]) -> Self {
+        let difference = |each: &'a RecipeReport| {
+            let (base, losses) = (recipes[0].report.losses(), each.report.losses());
+            let better = losses.iter().zip(&base).filter(|(loss, base)| loss < base);
+            let estimate = Estimate::from_paired_differences(&losses, &base);
+            Difference {
+                recipe: &each.recipe,
+                base: &recipes[0].recipe,
+                loss: estimate.mean,
+                standard_error: estimate.standard_error,
+                less_loss_on: better.count(),
+            }
+        };
+        Self {
+            recipes,
+            differences: recipes.iter().skip(1).map(difference).collect(),
+        }
+    }
+
+    /// Formats a table that compares each recipe with the first, and remarks.
+    pub(super) fn to_text(&self) -> String {
+        let count = self.recipes[0].report.materials.len();
+        let mut columns = ["recipe", "model"].map(Column::text).to_vec();
+        columns.push(Column::plain("n", 0));
+        columns.extend(metric_columns());
+        columns.extend([
+            Column::plain("std. error", 4),
+            Column::plain("loss - first", 4),
+            Column::plain("its std. error", 4),
+            Column::plain(format!("less loss on (of {count})"), 0),
+        ]);
+        let differences = [None].into_iter().chain(self.differences.iter().map(Some));
+        let rows = self
+            .recipes
+            .iter()
+            .zip(differences)
+            .map(|(each, difference)| {
+                let report = &each.report;
+                let mut row = vec![
+                    each.recipe[..].into(),
+                    report.model[..].into(),
+                    report.samples.into(),
+                ];
+                row.extend(Cell::of_metrics(&report.metrics));
+                row.push(report.loss_standard_error.into());
+                if let Some(difference) = difference {
+                    row.push(difference.loss.into());
+                    row.push(difference.standard_error.into());
+                    row.push(difference.less_loss_on.into());
+                }
+                row
+            });
+        let mut text = format!(
+            "{}\nDifferences are paired by material; their standard error is over the {count} \
+             differences.\n",
+            Table::new("", columns, rows).to_text()
+        );
+        for each in self.recipes {
+            for remark in each.remarks() {
+                text += &format!("\n{}: {remark}", each.recipe);
+            }
+        }
+        text + "\n"
+    }
+}

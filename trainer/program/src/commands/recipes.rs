@@ -1,0 +1,192 @@
+//! `trainer recipes`
+
+use std::path::PathBuf;
+
+use crate::report::{Column, Table};
+use anyhow::Context;
+use clap::builder::PossibleValuesParser;
+use clap::{Args, Subcommand};
+use glimpse_materials::basis::Basis;
+use glimpse_trainer::bundled::{self, BundledRecipe, Losses};
+use glimpse_training::recipe::Metadata;
+use glimpse_training::route::{Order, Route};
+use serde::Serialize;
+
+use super::emit;
+use super::output::{create_out_folder, write_files};
+
+/// List or write the bundled recipes, which need no training.
+///
+/// They were trained on the built-in procedural materials and on 17 of RGL's (CC0), so you may
+/// redistribute them with your firmware. They are for arms that reach 80 degrees from the normal and
+/// stay 10 degrees apart, and for readings with 2 % noise. A recipe trained on materials like yours
+/// has a lower loss: see `trainer train`.
+///
+/// Names are MODEL-nN for N samples. `-masked` recipes tolerate missing readings. So do `-16s`
+/// recipes, which were trained for a scan of 16 s at 10 degrees per second, with 0.5 s at each
+/// sample.
+///
+/// Example: trainer recipes list
+///          trainer recipes get neural-n8 --out recipes/
+///          trainer plan recipes/neural-n8.recipe --blank readings.csv
+#[derive(Args)]
+#[command(verbatim_doc_comment, args_conflicts_with_subcommands = true)]
+pub(crate) struct Recipes {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Subcommand)]
+enum Action {
+    /// Print names, sizes in bytes, and the accuracy on unseen materials
+    List(List),
+    /// Write recipes to a directory, with their compact basis if they need one
+    Get(Get),
+}
+
+#[derive(Args)]
+struct List {
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// The argument that selects all recipes.
+const ALL: &str = "all";
+
+#[derive(Args)]
+struct Get {
+    /// Names from `trainer recipes list`, or `all`
+    #[arg(
+        required = true,
+        value_name = "NAME",
+        hide_possible_values = true,
+        value_parser = PossibleValuesParser::new(names())
+    )]
+    names: Vec<String>,
+    /// Output directory for NAME.recipe and, for the model linear, NAME.basis
+    #[arg(short, long, default_value = ".")]
+    out: PathBuf,
+    /// Replace existing files that differ
+    #[arg(long)]
+    force: bool,
+}
+
+impl Recipes {
+    pub(crate) fn run(&self) -> anyhow::Result<()> {
+        match &self.action {
+            Action::List(list) => {
+                let entries = bundled::ALL.iter().map(Entry::new);
+                let entries: Vec<Entry> = entries.collect::<anyhow::Result<_>>()?;
+                emit(list.json, &entries, || {
+                    let table = table(&entries);
+                    format!("{}\n{}", table.caption, table.to_text())
+                })
+            }
+            Action::Get(get) => get.run(),
+        }
+    }
+}
+
+/// Returns all names that `trainer recipes get` accepts.
+fn names() -> impl Iterator<Item = &'static str> {
+    let names = bundled::ALL.iter().map(|bundled| bundled.name);
+    names.chain([ALL])
+}
+
+/// An entry of the list.
+#[derive(Serialize)]
+struct Entry {
+    name: &'static str,
+    model: &'static str,
+    samples: usize,
+    takes_missing: bool,
+    checksum: String,
+    bytes: usize,
+    basis_bytes: Option<usize>,
+    /// Seconds of a scan on the machine that the recipe was trained for, or else on the default one.
+    seconds: Option<f64>,
+    loss: Option<Losses>,
+}
+
+impl Entry {
+    fn new(bundled: &BundledRecipe) -> anyhow::Result<Self> {
+        let recipe = bundled.recipe();
+        let recipe = recipe.with_context(|| format!("the bundled recipe {}", bundled.name))?;
+        let machine = Metadata::of(&recipe)?.machine();
+        let route = Route::of_recipe(&recipe, &machine, Order::Travel);
+        Ok(Self {
+            name: bundled.name,
+            model: recipe.model().name(),
+            samples: recipe.samples(),
+            takes_missing: recipe.tolerates_missing(),
+            checksum: format!("{:08x}", recipe.checksum()),
+            bytes: bundled.bytes.len(),
+            basis_bytes: bundled.basis().map(<[u8]>::len),
+            seconds: route
+                .map(|route| route.total())
+                .filter(|_| recipe.samples() > 0),
+            loss: bundled.losses(),
+        })
+    }
+}
+
+fn table(entries: &[Entry]) -> Table {
+    let row = |entry: &Entry| {
+        let loss = |select: fn(&Losses) -> f64| entry.loss.as_ref().map(select).into();
+        vec![
+            entry.name.into(),
+            entry.samples.into(),
+            entry.bytes.into(),
+            entry.seconds.into(),
+            loss(|each| each.procedural),
+            loss(|each| each.merl),
+            entry.loss.as_ref().and_then(|each| each.rgl).into(),
+            loss(|each| each.merl_color),
+        ]
+    };
+    let columns = [
+        Column::text("Recipe"),
+        Column::plain("n", 0),
+        Column::plain("Bytes", 0),
+        Column::plain("Seconds of a scan", 1),
+        Column::plain("Loss: procedural", 4),
+        Column::plain("MERL", 4),
+        Column::plain("RGL", 4),
+        Column::plain("Color error: MERL", 1),
+    ];
+    let caption = format!(
+        "Bundled recipes, and their mean losses on unseen materials: 40 procedural, 80 of MERL, and 17 of RGL (by \
+         cross-validation), and the mean color error (CIEDE2000) of the spheres of MERL's. Recipes of the model linear also need the compact basis of {} \
+         bytes, and those for readings at any directions (n = 0) one of {}.",
+        bundled::BASIS.len(),
+        bundled::ANY_BASIS.len()
+    );
+    Table::new(caption, columns, entries.iter().map(row))
+}
+
+impl Get {
+    fn run(&self) -> anyhow::Result<()> {
+        let mut files = Vec::new();
+        for bundled in self.selected() {
+            let recipe = self.out.join(format!("{}.recipe", bundled.name));
+            if let Some(basis) = bundled.basis() {
+                files.push((Basis::path_for(&recipe), basis.to_vec()));
+            }
+            files.push((recipe, bundled.bytes.to_vec()));
+        }
+        create_out_folder(&self.out)?;
+        write_files(&files, self.force)
+    }
+
+    fn selected(&self) -> Vec<&'static BundledRecipe> {
+        if self.names.iter().any(|name| name == ALL) {
+            return bundled::ALL.iter().collect();
+        }
+        // The parser admits only these names.
+        self.names
+            .iter()
+            .filter_map(|name| bundled::find(name))
+            .collect()
+    }
+}

@@ -1,0 +1,227 @@
+//! `trainer render view`
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+use crate::report::{MAX_LOBES, document};
+use anyhow::{Context, ensure};
+use clap::{ArgGroup, Args};
+use glimpse_core::geometry::Angles;
+use glimpse_core::gonio::Quantity;
+use glimpse_core::recipe::Recipe;
+use glimpse_kernels::scan::scan_with_missing;
+use glimpse_materials::basis::Basis;
+use glimpse_materials::{Material, Source};
+use glimpse_trainer::evaluation::Degradation;
+use glimpse_trainer::measurement::{
+    AngleArgs, MachineArgs, Measurements, NamedRecipe, ReadingQuantity, Rows, Selection,
+};
+use glimpse_viewer::{RecipeScan, Reference, STYLE, View as Page};
+
+use super::super::export_basis::compact_basis;
+use super::super::load_single;
+use super::super::numbers::share;
+use super::super::output::{check_out, file_type, refuse_input, refuse_source, write_file};
+use super::super::training_overlap::warn_of_overlap;
+
+/// Write an interactive HTML page that fits scans in a browser.
+///
+/// The page shows a sphere for each recipe, and one for the reference. Dragging moves the light or
+/// the camera. Below is a plot of the BRDF in the plane of incidence, and a slider for each reading.
+/// After each change the page repeats the fit, with the device's own code as WebAssembly, and
+/// updates the loss and the predicted loss. The page is a single file of about 1 MB. It needs
+/// neither network nor server, and works on a phone.
+///
+/// With --material, the readings are those of a virtual scan of the material, which is also the
+/// reference. With --measurements, they are read from a file for each recipe, in the same order, such
+/// as readings.csv of `trainer fit`; --reference is optional then. If a recipe tolerates missing
+/// readings, each can be switched off. With readings at any directions, the page marks the direction
+/// to read next, as `trainer next` does.
+///
+/// A recipe of the model linear, or for readings at any directions, needs its basis file next to it.
+///
+/// Example: trainer render view neural-n8.recipe linear-n8.recipe --material gold.binary
+///          trainer render view neural-n16-masked.recipe --material procedural:1:77 --noise 0.02
+///          trainer render view n16.recipe --measurements gold/readings.csv --out gold.html
+#[derive(Args)]
+#[command(
+    verbatim_doc_comment,
+    group = ArgGroup::new("input").args(["material", "measurements"]).required(true)
+)]
+pub(super) struct View {
+    /// Recipe files
+    #[arg(required = true, value_name = "RECIPE")]
+    recipes: Vec<PathBuf>,
+    /// Material to scan, and reference: a source with a single material
+    #[arg(long, value_name = "SOURCE", conflicts_with = "reference")]
+    material: Option<Source>,
+    /// Readings from a lab, instead of a virtual scan: CSV with BRDFs, a file for each recipe
+    #[arg(long, value_name = "FILE.csv", num_args = 1..)]
+    measurements: Vec<PathBuf>,
+    /// With --measurements: reference material, a source with a single material [default: none]
+    #[arg(long, value_name = "SOURCE")]
+    reference: Option<Source>,
+    /// With --material: standard deviation of the readings' Gaussian noise, relative to each value,
+    /// 0 to 1 [default: 0]
+    #[arg(long, value_name = "S", conflicts_with = "measurements", value_parser = share)]
+    noise: Option<f32>,
+    /// Page to write
+    #[arg(long, short, value_name = "FILE.html", default_value = "view.html")]
+    out: PathBuf,
+    /// Replace an existing file that differs
+    #[arg(long)]
+    force: bool,
+}
+
+impl View {
+    pub(super) fn run(&self, seed: u64) -> anyhow::Result<()> {
+        file_type(&self.out, &["html"])?;
+        self.check_arguments()?;
+        self.refuse_inputs()?;
+        let recipes = self.recipes.iter().map(|path| NamedRecipe::read(path));
+        let recipes: Vec<NamedRecipe> = recipes.collect::<Result<_, _>>()?;
+        check_out(&self.out)?;
+
+        let source = self.material.as_ref().or(self.reference.as_ref());
+        let materials: Vec<_> = source.map(load_single).transpose()?.into_iter().collect();
+        let material = materials.first().map(|material| &**material);
+        let mut scans = Vec::new();
+        for (index, (path, given)) in self.recipes.iter().zip(&recipes).enumerate() {
+            let (chosen, readings, next) = match self.measurements.get(index) {
+                Some(file) => measured(given, file)?,
+                None => {
+                    let recipe = given.file.recipe();
+                    if !materials.is_empty() {
+                        warn_of_overlap(&recipe, &materials)?;
+                    }
+                    let readings = self.virtual_readings(&recipe, material, seed);
+                    let context = || format!("virtual scan with {}", path.display());
+                    (given.clone(), readings.with_context(context)?, None)
+                }
+            };
+            scans.push(RecipeScan {
+                name: name_of(path),
+                recipe: chosen.file.bytes().to_vec(),
+                basis: chosen.basis.as_deref().map(compact_bytes).transpose()?,
+                readings,
+                next,
+            });
+        }
+        let reference = material.map(Reference::new);
+        if let Some(reference) = &reference {
+            let loss = reference.table_loss();
+            eprintln!(
+                "the page draws the reference from a table of loss {loss:.5}; losses of fits do not depend on it"
+            );
+        }
+        let title = match (material, self.measurements.first()) {
+            (Some(material), _) => material.name().to_owned(),
+            (None, Some(path)) => name_of(path),
+            (None, None) => String::new(),
+        };
+        let page = Page {
+            title,
+            reference,
+            scans,
+        };
+        let html = document(&page.title, STYLE, &page.body());
+        write_file(&self.out, html.as_bytes(), self.force)
+    }
+
+    fn check_arguments(&self) -> anyhow::Result<()> {
+        let (recipes, files) = (self.recipes.len(), self.measurements.len());
+        ensure!(
+            recipes < MAX_LOBES,
+            "{recipes} recipes are too many for a page: give {} at most",
+            MAX_LOBES - 1
+        );
+        ensure!(
+            self.material.is_some() || files == recipes,
+            "{files} --measurements for {recipes} recipes: give a file for each recipe, in their order"
+        );
+        let mut names = HashSet::new();
+        for path in &self.recipes {
+            ensure!(
+                names.insert(name_of(path)),
+                "two recipes have the name {}: rename one of them",
+                name_of(path)
+            );
+        }
+        Ok(())
+    }
+
+    fn refuse_inputs(&self) -> anyhow::Result<()> {
+        for input in self.recipes.iter().chain(&self.measurements) {
+            refuse_input(&self.out, input)?;
+        }
+        let mut sources = self.material.iter().chain(&self.reference);
+        sources.try_for_each(|source| refuse_source(&self.out, source))
+    }
+
+    /// Returns the readings of a virtual scan.
+    ///
+    /// # Errors
+    /// If the recipe cannot fit them.
+    fn virtual_readings(
+        &self,
+        recipe: &Recipe<'_>,
+        material: Option<&dyn Material>,
+        seed: u64,
+    ) -> anyhow::Result<Vec<Option<[f32; 3]>>> {
+        let noise = Degradation {
+            noise: self.noise.unwrap_or(0.0),
+            ..Degradation::default()
+        };
+        let Some(material) = material else {
+            return Ok(Vec::new());
+        };
+        ensure!(
+            recipe.samples() > 0,
+            "the recipe is for readings at any directions, so --material has no scan: give --measurements"
+        );
+        let mut read = noise.reader(material, recipe.samples(), seed);
+        let mut readings = Vec::new();
+        scan_with_missing(recipe, &mut |index, angles| {
+            let reading = read(index, angles);
+            readings.push(reading);
+            reading
+        })?;
+        Ok(readings)
+    }
+}
+
+/// Returns the name of a file without folders and extension.
+fn name_of(path: &Path) -> String {
+    let name = path.file_stem().unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}
+
+/// Returns a basis as the device reads it.
+fn compact_bytes(basis: &Basis) -> anyhow::Result<Vec<u8>> {
+    match basis.is_compact() {
+        true => Ok(basis.to_bytes()),
+        false => compact_basis(basis, None),
+    }
+}
+
+/// A recipe, its readings, and the direction to read next.
+type Measured = (NamedRecipe, Vec<Option<[f32; 3]>>, Option<Angles<f32>>);
+
+/// Returns the recipe that fits readings from a lab, and those that `trainer fit` would use. If they are not those of
+/// the recipe's pattern, there is a direction to read next.
+fn measured(given: &NamedRecipe, file: &Path) -> anyhow::Result<Measured> {
+    let mut rows = Rows::read(file, &AngleArgs::default())?;
+    let chosen = given.choose(&mut rows)?;
+    let recipe = chosen.recipe.file.recipe();
+    let pattern: Vec<_> = recipe.pattern().collect();
+    let quantity = ReadingQuantity::of(Quantity::Brdf);
+    let measured = Measurements::new(&rows, &pattern, &quantity)?;
+    let selection = Selection::new(&recipe, &chosen.prior, measured, false)
+        .with_context(|| file.display().to_string())?;
+    let next = match given.is_any() || chosen.off_pattern.is_some() {
+        true => MachineArgs::default().next(given, (&selection.posterior, &pattern), 1)?,
+        false => Vec::new(),
+    };
+    let next = next.first().map(|proposal| proposal.angles);
+    Ok((chosen.recipe, selection.used(), next))
+}

@@ -1,0 +1,130 @@
+//! The program `trainer`: its commands, and the tables, plots and pages that they write.
+//!
+//! The list has the modules in order, lowest first; see [`glimpse_trainer`]. The program is a library, so that it
+//! compiles while the libraries below it are still being optimized.
+//!
+//! - [`report`]: tables, plots, pages
+//! - [`benchmark`]: timing of the computations that dominate training
+//! - `experiment`: the paper's tables and figures
+//! - `commands`: one file per subcommand
+
+pub mod benchmark;
+mod commands;
+mod experiment;
+pub mod report;
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
+
+/// Learn where to measure a BRDF and how to fit it, for a scanner's microcontroller.
+///
+/// The trainer meta-learns a sample pattern, initial parameters and step sizes on measured
+/// materials, and writes them into a recipe. The scanner measures at the recipe's directions and
+/// fits a new material in a few steps.
+///
+/// Start with `trainer quickstart`.
+///
+/// SOURCES. Every option or argument that takes materials, such as --data SOURCE, takes one of
+///
+/// - a directory with any mix of MERL *.binary, isotropic RGL *.bsdf (RGB or spectra), NBRDF sets
+///   (NAME_fc1.npy and its five siblings), SSDD *.ssdd, OpenMATERIAL *_brdf.xompt, and fitted
+///   materials (material.json of `trainer fit`, in the directory itself or in a subdirectory);
+/// - a single such file, or one PAB-Opto file (*.txt), which is read with the others of its sample;
+/// - procedural, procedural:COUNT or procedural:COUNT:SEED: built-in procedural materials.
+///
+/// A material has the name of its file, an NBRDF set has the name NAME, and a fitted material has
+/// the name in its file. Names within a directory must be unique. Skipped entries (other
+/// subdirectories, extensions in capitals, non-UTF-8 names, and NAME_spec.bsdf next to
+/// NAME_rgb.bsdf), unmeasured directions, and the files and incoming angles of PAB-Opto sets are
+/// reported on stderr. An anisotropic *.bsdf file is an error.
+#[derive(Parser)]
+#[command(name = "trainer", version, max_term_width = 100, verbatim_doc_comment)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    #[command(flatten)]
+    common: CommonArgs,
+}
+
+/// Options of all commands.
+#[derive(Args, Clone, Copy, Debug)]
+struct CommonArgs {
+    /// Seed of all random numbers; the same seed gives the same results. Commands without random
+    /// numbers ignore it
+    #[arg(long, global = true, default_value_t = 0, value_parser = commands::numbers::number(0..=u64::MAX))]
+    seed: u64,
+    /// Number of threads, 1 to 256 or the number of cores, whichever is larger; results do not
+    /// depend on it [default: all cores]
+    #[arg(long, global = true, value_parser = commands::numbers::threads)]
+    threads: Option<usize>,
+}
+
+/// The subcommands. The module of each has its arguments and help text.
+#[derive(Subcommand)]
+enum Command {
+    Quickstart(commands::quickstart::Quickstart),
+    Recipes(commands::recipes::Recipes),
+    Train(commands::train::Train),
+    Evaluate(commands::evaluate::Evaluate),
+    Fit(commands::fit::Fit),
+    Next(commands::next::Next),
+    Inspect(commands::inspect::Inspect),
+    Plan(commands::plan::Plan),
+    Query(commands::query::Query),
+    Render(commands::render::Render),
+    Export(commands::export::Export),
+    Convert(commands::convert::Convert),
+    Compare(commands::compare::Compare),
+    Reproduce(commands::reproduce::Reproduce),
+    VirtualScanner(commands::virtual_scanner::VirtualScanner),
+    Bench(commands::bench::Bench),
+    Completion(commands::shell_completion::ShellCompletion),
+}
+
+/// Runs the command line of this process.
+#[must_use]
+pub fn run() -> ExitCode {
+    let mut parser = commands::numbers::with_negative_values(Cli::command());
+    let matches = parser.get_matches_mut();
+    let Cli { command, common } = match Cli::from_arg_matches(&matches) {
+        Ok(cli) => cli,
+        Err(error) => error.format(&mut parser).exit(),
+    };
+    if let Some(threads) = common.threads {
+        // This fails only if a thread pool already exists, which is not the case here.
+        let _ = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build_global();
+    }
+    let outcome = match command {
+        Command::Quickstart(command) => command.run(common.seed),
+        Command::Recipes(command) => command.run(),
+        Command::Train(command) if command.grid => commands::grid::run(&command, common.seed),
+        Command::Train(command) => command.run(common.seed),
+        Command::Evaluate(command) => command.run(common.seed),
+        Command::Fit(command) => command.run(common.seed),
+        Command::Next(command) => command.run(),
+        Command::Inspect(command) => command.run(),
+        Command::Plan(command) => command.run(common.seed),
+        Command::Query(command) => command.run(),
+        Command::Render(command) => command.run(common.seed),
+        Command::Export(command) => command.run(),
+        Command::Convert(command) => command.run(common.seed),
+        Command::Compare(command) => command.run(),
+        Command::Reproduce(command) => command.run(common.seed),
+        Command::VirtualScanner(command) => command.run(common.seed),
+        Command::Bench(command) => command.run(),
+        Command::Completion(command) => command.run(&mut Cli::command()),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // stderr may be closed.
+            let message = commands::message::message(&error);
+            let _ = writeln!(std::io::stderr(), "error: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,270 @@
+//! A BRDF in the plane of incidence, as a polar plot with a logarithmic radius.
+
+use glimpse_core::geometry::{Directions, HalfDifference};
+use glimpse_materials::Brdf;
+use maud::{Markup, html};
+
+use super::svg::{COLORS, TEXT, drawing, one_decimal, path_of};
+
+/// The maximum number of curves, one for each color.
+pub const MAX_LOBES: usize = COLORS.len();
+/// Number of outgoing angles: every quarter of a degree, the first one half a step above the horizon.
+const STEPS: u16 = 720;
+/// The numbers of decades of the radial axis.
+const MIN_DECADES: i32 = 2;
+const MAX_DECADES: i32 = 6;
+/// The plot's center and radius, in SVG units.
+const CENTER: [f32; 2] = [350.0, 350.0];
+const RADIUS: f32 = 285.0;
+/// Top of the legend and height of a line, in SVG units.
+const LEGEND_TOP: f32 = 418.0;
+const LINE_HEIGHT: f32 = 21.0;
+
+const SHAPES: &str = ".plot .curve{fill:none;stroke:currentColor;stroke-width:2;stroke-linejoin:round}\
+                      .plot .dash{stroke-dasharray:7 4}.plot .band{fill:currentColor;opacity:.18;stroke:none}";
+
+/// A BRDF under light from one direction, and optionally a second curve of the same color.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lobe {
+    /// Name in the legend.
+    pub name: String,
+    /// Polar angle of the light, radians.
+    pub theta_i: f32,
+    /// Pairs of outgoing angle and luminance of the BRDF from [`lobe`], drawn as a solid line.
+    pub curve: Vec<[f32; 2]>,
+    /// Name and curve of the reference, drawn dashed.
+    pub dashed: Option<(String, Vec<[f32; 2]>)>,
+    /// One standard deviation of the luminance at each angle of the curve, drawn as a band; empty for none.
+    pub deviations: Vec<f32>,
+}
+
+/// Returns the luminance (Rec. 709) of a BRDF in the plane of incidence.
+///
+/// The pairs are the outgoing polar angle in radians, in (-pi/2, pi/2), and the luminance of the BRDF in sr^-1 (not
+/// times the cosine). Angles are positive on the side opposite the light, so a mirror peaks at `theta_i`.
+pub fn lobe(brdf: &dyn Brdf, theta_i: f32) -> Vec<[f32; 2]> {
+    let (angles, half_differences) = lobe_directions(theta_i);
+    angles
+        .into_iter()
+        .zip(brdf.values_at(&half_differences))
+        .map(|(angle, value)| [angle, luminance(value)])
+        .collect()
+}
+
+/// Returns the luminance (Rec. 709) of linear RGB.
+#[must_use]
+pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
+/// Returns the outgoing polar angles of a [`lobe`], and the pairs of directions.
+#[must_use]
+pub fn lobe_directions(theta_i: f32) -> (Vec<f32>, Vec<HalfDifference<f32>>) {
+    let angle =
+        |step: u16| ((f32::from(step) + 0.5) * 180.0 / f32::from(STEPS) - 90.0).to_radians();
+    let (sin, cos) = theta_i.sin_cos();
+    let samples = (0..STEPS).map(angle).filter_map(|theta_o| {
+        let directions = Directions {
+            incoming: [-sin, 0.0, cos],
+            outgoing: [theta_o.sin(), 0.0, theta_o.cos()],
+        };
+        Some((theta_o, HalfDifference::from_directions(&directions)?))
+    });
+    samples.unzip()
+}
+
+/// Draws lobes as an SVG, for a file or for embedding in a page.
+///
+/// The angle from the vertical is the outgoing polar angle. The radius is the logarithm of the luminance of the BRDF
+/// in sr^-1, over two to six decades; lower values lie at the center. Triangles on the rim mark the light. Colors
+/// repeat after [`MAX_LOBES`].
+#[must_use]
+pub fn lobe_svg(lobes: &[Lobe]) -> String {
+    let decades = decades(lobes);
+    let line_count = lobes
+        .iter()
+        .map(|lobe| 1 + usize::from(lobe.dashed.is_some()))
+        .sum::<usize>()
+        + 1;
+    let has_band = lobes.iter().any(|lobe| !lobe.deviations.is_empty());
+    let line_count = line_count + usize::from(has_band);
+    let height = LEGEND_TOP + LINE_HEIGHT * line_count as f32;
+    let mut baselines = (0..).map(|index: u16| LEGEND_TOP + LINE_HEIGHT * f32::from(index));
+    let mut next_baseline = || baselines.next().unwrap_or(height);
+    let marks = html! {
+        (grid(decades))
+        @for (index, lobe) in lobes.iter().enumerate() {
+            @if !lobe.deviations.is_empty() {
+                g class={ "c" (index % COLORS.len()) } {
+                    path.band d=(band_path(lobe, decades)) {}
+                }
+            }
+            @let dashed = lobe.dashed.iter().map(|(name, curve)| (name, curve, true));
+            @for (name, curve, dash) in [(&lobe.name, &lobe.curve, false)].into_iter().chain(dashed) {
+                @let y = next_baseline();
+                g class={ "c" (index % COLORS.len()) } {
+                    path.curve.dash[dash] d=(curve_path(curve, decades)) {}
+                    path.curve.dash[dash] d=(format!("M70 {middle}H106", middle = y - 4.0)) {}
+                }
+                text x="116" y=(y) { (name) }
+            }
+            path.light d=(light_arrow(lobe.theta_i)) {}
+        }
+        @let y = next_baseline();
+        path.light d=(legend_arrow(y - 4.0)) {}
+        text x="116" y=(y) { "direction to the light" }
+        @if has_band {
+            text x="116" y=(next_baseline()) { "band: one standard deviation on each side" }
+        }
+    };
+    let label = "BRDF in the plane of incidence";
+    drawing(
+        [700.0, height],
+        label,
+        &[(".light", "fill", TEXT)],
+        SHAPES,
+        &marks,
+    )
+}
+
+/// Returns the SVG path of a curve.
+fn curve_path(curve: &[[f32; 2]], decades: [i32; 2]) -> String {
+    let points = curve.iter().filter(|[_, value]| !value.is_nan());
+    let points = points.map(|[theta_o, value]| point(*theta_o, RADIUS * fraction(*value, decades)));
+    path_of(&points.collect::<Vec<_>>())
+}
+
+/// Returns the SVG path around one standard deviation on both sides of a curve.
+fn band_path(lobe: &Lobe, decades: [i32; 2]) -> String {
+    let side = |sign: f32| {
+        let each = lobe.curve.iter().zip(&lobe.deviations);
+        each.filter(|([_, value], deviation)| (value + *deviation).is_finite())
+            .map(move |([theta_o, value], deviation)| {
+                point(
+                    *theta_o,
+                    RADIUS * fraction(value + sign * deviation, decades),
+                )
+            })
+    };
+    let high: Vec<_> = side(1.0).collect();
+    let mut low: Vec<_> = side(-1.0).collect();
+    low.reverse();
+    path_of(&[high, low].concat())
+}
+
+/// Returns the SVG path of a triangle on the rim that points to the light.
+fn light_arrow(theta_i: f32) -> String {
+    let corners = [(RADIUS - 14.0, 0.0), (RADIUS, 0.017), (RADIUS, -0.017)];
+    path_of(&corners.map(|(radius, offset)| point(offset - theta_i, radius))) + "z"
+}
+
+/// Returns the SVG path of the light's triangle in the legend.
+fn legend_arrow(y: f32) -> String {
+    path_of(&[[95.0, y], [81.0, y - 5.0], [81.0, y + 5.0]]) + "z"
+}
+
+/// Returns the exponents of the powers of ten at the center and at the rim.
+fn decades(lobes: &[Lobe]) -> [i32; 2] {
+    let dashed = lobes
+        .iter()
+        .filter_map(|lobe| lobe.dashed.as_ref())
+        .map(|(_, curve)| curve);
+    let curves = lobes.iter().map(|lobe| &lobe.curve).chain(dashed);
+    let values = curves.flatten().map(|[_, value]| *value);
+    let values = values.filter(|value| value.is_normal() && *value > 0.0);
+    let [low, high] = [f32::min, f32::max].map(|select| values.clone().reduce(select));
+    let high = high.map_or(0, |high| high.log10().ceil() as i32);
+    let low = low.map_or(-2, |low| low.log10().floor() as i32);
+    [low.clamp(high - MAX_DECADES, high - MIN_DECADES), high]
+}
+
+/// Returns the logarithmic position of a value between the decades, 0 to 1.
+fn fraction(value: f32, [low, high]: [i32; 2]) -> f32 {
+    ((value.max(0.0).log10() - low as f32) / (high - low) as f32).clamp(0.0, 1.0)
+}
+
+/// Returns the point at an angle from the vertical, positive to the right, and a radius.
+fn point(theta_o: f32, radius: f32) -> [f32; 2] {
+    let [x, y] = CENTER;
+    [x + radius * theta_o.sin(), y - radius * theta_o.cos()]
+}
+
+/// Draws half circles for powers of ten, rays for angles, and their labels.
+fn grid([low, high]: [i32; 2]) -> Markup {
+    let [x, y] = CENTER;
+    let radius = |exponent: i32| RADIUS * (exponent - low) as f32 / (high - low) as f32;
+    let arc = |radius: f32| {
+        let (left, right) = (x - radius, x + radius);
+        format!("M{left:.1} {y}A{radius:.1} {radius:.1} 0 0 1 {right:.1} {y}")
+    };
+    let ray = |[rim_x, rim_y]: [f32; 2]| format!("M{x} {y}L{rim_x:.1} {rim_y:.1}");
+    html! {
+        @for exponent in low..=high {
+            path.grid d=(arc(radius(exponent))) {}
+            text.dim.mid x=(one_decimal(x + radius(exponent))) y=(y + 17.0) {
+                "10" tspan dy="-5" font-size="9" { (exponent) }
+            }
+        }
+        @for degrees in (-90..=90_i16).step_by(30) {
+            @let angle = f32::from(degrees).to_radians();
+            @let [label_x, label_y] = point(angle, RADIUS + 19.0);
+            path.grid d=(ray(point(angle, RADIUS))) {}
+            text.dim.mid x=(one_decimal(label_x)) y=(one_decimal(label_y + 4.0)) {
+                @if degrees < 0 { "\u{2212}" }
+                (degrees.abs()) "\u{b0}"
+            }
+        }
+        path.axis d=(format!("M{left} {y}H{right}", left = x - RADIUS, right = x + RADIUS)) {}
+        text.mid x=(x) y="22" { "outgoing angle \u{3b8}o in the plane of incidence" }
+        text.mid x=(x) y=(y + 41.0) {
+            "luminance of the BRDF, sr\u{207b}\u{b9} (not times the cosine), logarithmic"
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn solid_lobe(name: &str, curve: Vec<[f32; 2]>) -> Lobe {
+        Lobe {
+            name: name.into(),
+            theta_i: 0.5,
+            curve,
+            dashed: None,
+            deviations: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn mirror_peaks_at_theta_i() {
+        let mirror = |at: &HalfDifference<f32>| [at.hz.powi(5000); 3];
+        for degrees in [0.0_f32, 30.0, 60.0] {
+            let curve = lobe(&mirror, degrees.to_radians());
+            let peak = curve.iter().max_by(|a, b| a[1].total_cmp(&b[1])).unwrap();
+            assert!((peak[0].to_degrees() - degrees).abs() < 0.2, "{peak:?}");
+            assert!((peak[1] - 1.0).abs() < 0.02);
+        }
+    }
+
+    #[test]
+    fn radius_is_logarithmic_over_whole_decades() {
+        let curve = vec![[0.0, 0.02], [0.3, 3.0]];
+        assert_eq!(decades(&[solid_lobe("a", curve.clone())]), [-2, 1]);
+        assert!((fraction(1.0, [-2, 1]) - 2.0 / 3.0).abs() < 1e-6);
+        assert_eq!(
+            [0.0, -1.0, f32::NAN, 1e9].map(|value| fraction(value, [-2, 1])),
+            [0.0, 0.0, 0.0, 1.0]
+        );
+        assert_eq!(
+            decades(&[solid_lobe("a", vec![[0.0, 1e-20], [0.1, 50.0]])]),
+            [-4, 2]
+        );
+        assert_eq!(decades(&[]), [-2, 0]);
+        let svg = lobe_svg(&[solid_lobe("<a>", curve)]);
+        assert!(svg.contains("&lt;a&gt;") && svg.contains(">-2<"), "{svg}");
+        // Straight up, 0.02 is log10(2) of three decades above the center.
+        let up = 350.0 - 285.0 * std::f64::consts::LOG10_2 / 3.0;
+        assert!(svg.contains(&format!("d=\"M350.0 {up:.1}L")), "{svg}");
+    }
+}

@@ -1,0 +1,222 @@
+//! A web page without remote resources: one file, and its pictures in a folder next to it.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use glimpse_materials::files::{ensure_dir, write_atomic};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::gallery::FileNames;
+use super::{Gallery, Table};
+use glimpse_trainer::render::{Picture, PictureError};
+
+/// The folder of the pictures, next to the page.
+const PICTURES: &str = "pictures";
+/// The style sheet: for phones, for dark mode, and with colors for color-blind readers.
+const STYLE: &str = include_str!("page.css");
+/// The script that enlarges a row of pictures on a click. Without scripts, the link opens the picture.
+const SCRIPT: &str = include_str!("page.js");
+
+/// An error in writing a page.
+#[derive(Debug, thiserror::Error)]
+pub enum PageError {
+    /// A picture cannot be written.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    /// A file of the page cannot be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// Path of the file.
+        path: PathBuf,
+        /// Error of the operating system.
+        source: io::Error,
+    },
+}
+
+/// A page that is built from top to bottom.
+#[derive(Debug)]
+pub struct Page {
+    title: String,
+    body: String,
+    names: FileNames,
+    pictures: Vec<(String, Picture)>,
+}
+
+/// Returns an HTML document with the common style sheet, followed by `style`.
+#[must_use]
+pub fn document(title: &str, style: &str, body: &Markup) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                link rel="icon" href="data:,";
+                title { (title) }
+                style { (PreEscaped(STYLE)) (PreEscaped(style)) }
+            }
+            body { (body) }
+        }
+    };
+    page.into_string()
+}
+
+impl Page {
+    /// Creates an empty page.
+    #[must_use]
+    pub fn new(title: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            body: String::new(),
+            names: FileNames::default(),
+            pictures: Vec::new(),
+        }
+    }
+
+    /// Adds a heading.
+    #[must_use]
+    pub fn heading(self, text: &str) -> Self {
+        self.push(&html! { h2 { (text) } "\n" })
+    }
+
+    /// Adds preformatted text, such as a command.
+    #[must_use]
+    pub fn code(self, text: &str) -> Self {
+        self.push(&html! { pre { code { (text) } } "\n" })
+    }
+
+    /// Adds a paragraph of plain text.
+    #[must_use]
+    pub fn paragraph(self, text: &str) -> Self {
+        self.push(&html! { p { (text) } "\n" })
+    }
+
+    /// Adds a table.
+    #[must_use]
+    pub fn table(self, table: &Table) -> Self {
+        self.push(&PreEscaped(table.to_html()))
+    }
+
+    /// Adds rows of pictures.
+    #[must_use]
+    pub fn gallery(mut self, gallery: &Gallery) -> Self {
+        let html = gallery.to_html(PICTURES, &mut self.names, &mut self.pictures);
+        self.push(&html)
+    }
+
+    /// Adds an SVG drawing, such as the result of [`pattern_svg`](super::pattern_svg), with a caption. The SVG is
+    /// not escaped.
+    #[must_use]
+    pub fn drawing(self, svg: &str, caption: &str) -> Self {
+        self.push(&html! {
+            figure.drawing { (PreEscaped(svg)) figcaption { (caption) } } "\n"
+        })
+    }
+
+    /// Writes `index.html` and the folder of PNG files into a directory, and creates the directory if it does not
+    /// exist. The page is written last and atomically, so that all of its pictures exist.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn write(&self, directory: &Path) -> Result<(), PageError> {
+        let create = |folder: &Path| {
+            ensure_dir(folder).map_err(|source| PageError::Write {
+                path: folder.into(),
+                source,
+            })
+        };
+        create(directory)?;
+        let folder = directory.join(PICTURES);
+        if !self.pictures.is_empty() {
+            create(&folder)?;
+        }
+        for (name, picture) in &self.pictures {
+            write(folder.join(name), &picture.to_png()?)?;
+        }
+        write(directory.join("index.html"), self.to_html().as_bytes())
+    }
+
+    /// Formats the page as HTML.
+    fn to_html(&self) -> String {
+        let body = html! {
+            main { h1 { (self.title) } "\n" (PreEscaped(&self.body)) }
+            script { (PreEscaped(SCRIPT)) }
+        };
+        document(&self.title, "", &body)
+    }
+
+    fn push(mut self, html: &Markup) -> Self {
+        self.body.push_str(&html.0);
+        self
+    }
+}
+
+fn write(path: PathBuf, bytes: &[u8]) -> Result<(), PageError> {
+    write_atomic(&path, bytes).map_err(|source| PageError::Write { path, source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::{GalleryRow, Tile};
+
+    /// Returns a gallery of one row of pictures with these labels.
+    fn gallery(title: &str, labels: &[&str]) -> Gallery {
+        let tile = |label: &&str| Tile {
+            label: (*label).into(),
+            details: vec!["loss 0.1".into(), "<b>".into()],
+            best: *label == "Glimpse",
+            picture: Picture::filled(8, 8, [1, 2, 3]),
+        };
+        Gallery {
+            caption: "Spheres".into(),
+            rows: vec![GalleryRow {
+                title: title.into(),
+                tiles: labels.iter().map(tile).collect(),
+            }],
+        }
+    }
+
+    fn page() -> Page {
+        let gallery = gallery("blue & rubber", &["Reference", "Glimpse", "glimpse"]);
+        Page::new("A <title>").paragraph("2 < 3").gallery(&gallery)
+    }
+
+    #[test]
+    fn writes_page_with_its_pictures() {
+        let scratch = tempfile::tempdir().unwrap();
+        let directory = scratch.path().join("new");
+        page().write(&directory).unwrap();
+        let html = std::fs::read_to_string(directory.join("index.html")).unwrap();
+        let sources: Vec<&str> = html.split("src=\"").skip(1).collect();
+        assert_eq!(sources.len(), 3);
+        for source in sources {
+            let (file, _) = source.split_once('"').unwrap();
+            assert!(directory.join(file).is_file(), "{file}");
+        }
+        assert!(html.contains("pictures/blue-rubber-glimpse-2.png"));
+        assert!(!html.contains("http"), "the page loads a remote resource");
+    }
+
+    #[test]
+    fn text_is_escaped() {
+        let html = page().to_html();
+        assert!(html.contains("<title>A &lt;title&gt;</title>"));
+        assert!(html.contains("alt=\"blue &amp; rubber: Glimpse\""));
+        assert!(html.contains("<p>2 &lt; 3</p>"));
+        assert!(html.contains("<br>&lt;b&gt;"));
+    }
+
+    #[test]
+    fn page_is_not_written_if_pictures_fail() {
+        let scratch = tempfile::tempdir().unwrap();
+        std::fs::write(
+            scratch.path().join("pictures"),
+            b"a file instead of a folder",
+        )
+        .unwrap();
+        assert!(page().write(scratch.path()).is_err());
+        assert!(!scratch.path().join("index.html").exists());
+    }
+}

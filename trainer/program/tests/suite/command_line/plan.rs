@@ -1,0 +1,206 @@
+//! `trainer plan`, and the positions of the arms in `trainer inspect`.
+
+use std::fs;
+
+use glimpse_core::recipe::Recipe;
+use glimpse_materials::Source;
+use serde_json::Value;
+
+use super::folder::NEURAL_N8;
+use super::linear::recipe_with_metadata;
+use super::{Folder, number};
+use crate::common::assert_names;
+
+/// A recipe that tolerates missing readings, for arms that reach 80 degrees and stay 10 degrees apart.
+const MASKED: &str = "neural-n16.recipe";
+
+/// A folder with a recipe of eight samples that needs all readings, and with [`MASKED`].
+fn folder() -> Folder {
+    let folder = Folder::with("n8.recipe", NEURAL_N8);
+    folder.add_bundled("masked/neural-n16.recipe");
+    folder
+}
+
+fn plan_as_json(folder: &Folder, options: &str) -> Value {
+    folder.succeed_as_json(&format!("plan n8.recipe {options}"))
+}
+
+#[test]
+fn plan_beats_own_order() {
+    let folder = folder();
+    let route = plan_as_json(&folder, "--out plan.csv --blank sheet.csv");
+    assert_eq!(route["order"], "travel");
+    assert_eq!(route["samples"], 8);
+    let [total, moving, settling] =
+        ["seconds", "moving_seconds", "settling_seconds"].map(|name| number(&route[name]));
+    let own = number(&plan_as_json(&folder, "--order progressive")["moving_seconds"]);
+    assert!(moving < 0.7 * own, "{moving} {own}");
+    assert!((total - moving - settling).abs() < 1e-9 && (settling - 4.0).abs() < 1e-9);
+    assert!((number(&route["visits"][7]["seconds"]) - total).abs() < 1e-9);
+
+    // `query` reads the plan as CSV. Its directions have the same BRDF as those of the pattern.
+    let csv = folder.read_text("plan.csv");
+    let mut lines = csv.lines();
+    let header = "index,theta_i,phi_i,theta_o,phi_o,seconds";
+    assert_eq!(lines.next(), Some(header));
+    let indices: Vec<usize> = lines
+        .map(|line| {
+            let index = line.split(',').next().expect("a cell");
+            index.parse().expect("a number")
+        })
+        .collect();
+    let mut sorted = indices.clone();
+    sorted.sort_unstable();
+    assert_eq!(sorted, (0..8).collect::<Vec<_>>());
+    let recipe = Recipe::parse(NEURAL_N8).expect("a valid recipe");
+    let pattern: Vec<_> = recipe.pattern().collect();
+    let material = &Source("procedural:1:4".into())
+        .load()
+        .expect("the material loads")[0];
+    let printed = folder.succeed("query procedural:1:4 --angles plan.csv");
+    for (row, index) in printed.lines().skip(1).zip(indices) {
+        let values = row.split(',').skip(5);
+        for (value, expected) in values.zip(material.at_angles(pattern[index])) {
+            let value: f32 = value.parse().expect("a number");
+            assert!(
+                (value - expected).abs() < 1e-3 * (1.0 + expected),
+                "{row}: {expected}"
+            );
+        }
+    }
+
+    let sheet = folder.read_text("sheet.csv");
+    assert!(sheet.starts_with("index,theta_i,phi_i,theta_o,phi_o,r,g,b\n"));
+    for (row, planned) in sheet.lines().zip(csv.lines()).skip(1) {
+        let angles: Vec<&str> = planned.split(',').take(5).collect();
+        assert_eq!(row, angles.join(",") + ",,,");
+    }
+    let seconds = [total, moving].map(|seconds| format!("{seconds:.1}"));
+    let printed = folder.succeed("plan n8.recipe");
+    assert_names(&printed, &seconds.each_ref().map(String::as_str));
+}
+
+#[test]
+fn plan_depends_on_machine() {
+    let folder = folder();
+    let travel = |options| number(&plan_as_json(&folder, options)["moving_seconds"]);
+    let usual = travel("");
+    let twice = travel("--speed 20");
+    assert!((usual - 2.0 * twice).abs() < 1e-9);
+    assert!(travel("--speed 10,0,10,10") > usual);
+    assert!(travel("--no-full-turns") >= usual);
+    let longer = plan_as_json(&folder, "--settle 2");
+    assert_eq!(number(&longer["settling_seconds"]), 16.0);
+}
+
+#[test]
+fn reports_samples_out_of_reach() {
+    let folder = folder();
+    let message = folder.fail("plan n8.recipe --max-theta-o 56 --out plan.csv");
+    assert_names(&message, &["2", "8", "max_theta_o", "--max-theta-i"]);
+    for visit in plan_as_json(&folder, "")["visits"]
+        .as_array()
+        .expect("a list")
+    {
+        let [index, theta_o] = ["index", "theta_o"].map(|name| number(&visit[name]));
+        if theta_o > 56.0 {
+            assert_names(&message, &[&index.to_string(), &format!("{theta_o:.2}")]);
+        }
+    }
+    assert!(!folder.exists("plan.csv"));
+
+    // The recipe's limits apply by default.
+    let route = folder.succeed_as_json(&format!("plan {MASKED}"));
+    for (limit, degrees) in [
+        ("max_theta_i", 80.0),
+        ("max_theta_o", 80.0),
+        ("min_separation", 10.0),
+    ] {
+        let stated = number(&route["machine"][limit]);
+        assert!((stated - degrees).abs() < 1e-3, "{limit} {stated}");
+    }
+    folder.fail(&format!("plan {MASKED} --max-theta-i 70"));
+    folder.write("in-plane.recipe", recipe_with_metadata().bytes());
+    folder.fail_naming("plan in-plane.recipe", &["3", "in_plane"]);
+}
+
+#[test]
+fn rejects_invalid_options() {
+    let folder = folder();
+    let before = folder.names("");
+    folder.fail_each(
+        "plan n8.recipe",
+        &[
+            "--speed fast => --speed fast",
+            "--speed 1,2 => --speed 1,2",
+            "--speed 1,2,3,inf => --speed 1,2,3,inf",
+            "--speed 0 => theta_i 0",
+            "--speed -5 => theta_i -5",
+            "--speed 10,0,10,0 => phi_i phi_o 0",
+            "--settle -1 => -1",
+            "--max-theta-i 95 => --max-theta-i 90",
+            "--max-theta-i 20 --max-theta-o 20 --min-separation 50 => ",
+            "--force => --force",
+            "--out a.csv --blank ./a.csv => --out --blank",
+            "--out n8.recipe --force => n8.recipe",
+            "--blank n8.recipe => n8.recipe",
+        ],
+    );
+    assert_eq!(folder.names(""), before, "a file was written");
+}
+
+#[test]
+fn keeps_filled_in_sheet() {
+    let folder = folder();
+    for option in ["--out", "--blank"] {
+        let plan = format!("plan n8.recipe {option} sheet.csv");
+        folder.succeed(&plan);
+        folder.succeed(&plan); // the same again
+        let filled = folder.read_text("sheet.csv") + "more\n";
+        folder.write("sheet.csv", &filled);
+        folder.fail_naming(&plan, &["sheet.csv", "--force"]);
+        assert_eq!(folder.read_text("sheet.csv"), filled);
+        folder.succeed(&format!("{plan} --force"));
+        assert_ne!(folder.read_text("sheet.csv"), filled);
+        fs::remove_file(folder.at("sheet.csv")).expect("the file is removed");
+    }
+}
+
+#[test]
+fn progressive_order_is_that_of_recipe() {
+    let folder = folder();
+    // If the recipe needs all readings, a note says that the order has no advantage.
+    for (recipe, samples, has_note) in [("n8.recipe", 8, true), (MASKED, 16, false)] {
+        let plan = format!("plan {recipe} --order progressive --json");
+        let [printed, messages] = folder.succeed_with_messages(&plan);
+        assert_eq!(!messages.is_empty(), has_note, "{messages}");
+        let route: Value = serde_json::from_str(&printed).expect("valid JSON");
+        let visits = route["visits"].as_array().expect("a list");
+        let indices = visits.iter().map(|visit| number(&visit["index"]) as usize);
+        assert!(indices.eq(0..samples));
+    }
+}
+
+#[test]
+fn inspect_prints_arm_positions() {
+    let folder = folder();
+    let printed = folder.succeed("inspect n8.recipe");
+    assert_names(&printed, &["theta_i", "phi_i", "theta_o", "phi_o"]);
+    let json = folder.succeed("inspect n8.recipe --json");
+    folder.succeed("export n8.recipe --format json --out n8.json");
+    assert_eq!(json, folder.read_text("n8.json"));
+    let as_json: Value = serde_json::from_str(&json).expect("valid JSON");
+    let arms = as_json["arms"].as_array().expect("a list");
+    assert_eq!(arms.len(), 8);
+    for (row, line) in arms.iter().rev().zip(printed.lines().rev()) {
+        let cells = line.split_whitespace().skip(4);
+        let cells: Vec<f64> = cells.map(|cell| cell.parse().expect("a number")).collect();
+        assert_eq!(cells.len(), 4);
+        for (cell, radians) in cells.iter().zip(row.as_array().expect("a row")) {
+            assert!(
+                (cell - number(radians).to_degrees()).abs() < 0.011,
+                "{line} {row}"
+            );
+        }
+    }
+}
