@@ -1,13 +1,13 @@
 //! Prints the table of `core/docs/costs.md`: costs of fits on the board, of Neural on other microcontrollers, and of a
 //! complete firmware.
 //!
-//! `tests/run firmware` builds the binaries and prints the same figures as lines `name=value`.
+//! `tests/run targets` builds the binaries and prints the same figures as lines `name=value`.
 
-use glimpse_tests::figures::{demo_figures, figures};
+use glimpse_tests::figures::{Extent, demo_figures, figures};
 use glimpse_tests::microcontroller::TARGETS;
 
 fn main() {
-    let mut figures = figures();
+    let mut figures = figures(Extent::All);
     figures.retain(|(name, _)| {
         let shown = name.starts_with(TARGETS[0].triple) || name.contains(".neural");
         // These differ little from those with libm.

@@ -14,7 +14,7 @@ use crate::elf::Firmware;
 use crate::microcontroller::spawn;
 
 /// Path of the program that decodes the firmware's log. `tests/run firmware` builds it from `tests/log`.
-const LOG_DECODER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/debug/glimpse-log");
+const LOG_DECODER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/release/glimpse-log");
 /// Timeout of every wait for QEMU or the firmware.
 const TIMEOUT: Duration = Duration::from_secs(60);
 

@@ -20,6 +20,15 @@ pub struct FitBinary {
     pub recipe: &'static [u8],
 }
 
+/// The extent of a measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// The four models on the board's target with libm, without cycles: what `tests/run firmware` builds.
+    Board,
+    /// All recipes, targets and libraries: what `tests/run targets` builds.
+    All,
+}
+
 /// One fit, with all stages of an estimator, represents all of them on other targets than the board's.
 const FOR_ALL_TARGETS: &str = "neural-completed";
 
@@ -28,15 +37,17 @@ impl FitBinary {
         Self { name, recipe }
     }
 
-    /// Returns true if `tests/run firmware` builds it for this target with this library.
+    /// Returns true if it is built for this target with this library.
     #[must_use]
-    pub fn is_built(&self, target: Target, library: MathLibrary) -> bool {
+    pub fn is_built(&self, extent: Extent, target: Target, library: MathLibrary) -> bool {
         let is_board = target == TARGETS[0];
-        match library {
-            MathLibrary::Libm => is_board || self.name == FOR_ALL_TARGETS,
-            MathLibrary::Micromath => {
-                is_board && ["linear", "phong", "cook-torrance", "neural"].contains(&self.name)
+        let is_model = ["linear", "phong", "cook-torrance", "neural"].contains(&self.name);
+        match (extent, library) {
+            (Extent::Board, MathLibrary::Libm) | (Extent::All, MathLibrary::Micromath) => {
+                is_board && is_model
             }
+            (Extent::Board, MathLibrary::Micromath) => false,
+            (Extent::All, MathLibrary::Libm) => is_board || self.name == FOR_ALL_TARGETS,
         }
     }
 }
@@ -62,7 +73,7 @@ pub const FIT_BINARIES: [FitBinary; 14] = [
 /// Calls of the counter's function after a fit: before and after the evaluation of a BRDF.
 const CALLS_AFTER_FIT: usize = 2;
 
-/// Measures all fits. The figures of a fit are:
+/// Measures fits. The figures of a fit are:
 ///
 /// - `parse_instructions`, `basis_parse_instructions`, `brdf_instructions`: instructions of parsing the recipe, of
 ///   parsing the basis, and of one evaluation of the BRDF;
@@ -72,7 +83,7 @@ const CALLS_AFTER_FIT: usize = 2;
 /// - `static_ram_bytes`: statics;
 /// - `stack_bytes`: the largest depth of the stack.
 #[must_use]
-pub fn figures() -> Vec<(String, u64)> {
+pub fn figures(extent: Extent) -> Vec<(String, u64)> {
     let mut figures = Vec::new();
     for target in TARGETS {
         for library in [MathLibrary::Libm, MathLibrary::Micromath] {
@@ -81,7 +92,7 @@ pub fn figures() -> Vec<(String, u64)> {
             };
             for fit in FIT_BINARIES
                 .iter()
-                .filter(|fit| fit.is_built(target, library))
+                .filter(|fit| fit.is_built(extent, target, library))
             {
                 let binary = Binary::new(target, library, fit.name);
                 let output = binary.run();
@@ -101,7 +112,7 @@ pub fn figures() -> Vec<(String, u64)> {
                         add(name, value);
                     }
                 }
-                if target.has_cycle_table() {
+                if extent == Extent::All && target.has_cycle_table() {
                     add(
                         "fit_cycles",
                         cycles::fit_cost(&binary, CALLS_AFTER_FIT).cycles,

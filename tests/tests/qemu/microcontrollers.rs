@@ -8,7 +8,7 @@ use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::recipe::Recipe;
 use glimpse_kernels::scan::scan_with_missing;
 use glimpse_tests::budgets::Budgets;
-use glimpse_tests::figures::{FIT_BINARIES, FitBinary, demo_figures, figures};
+use glimpse_tests::figures::{Extent, FIT_BINARIES, FitBinary, demo_figures, figures};
 use glimpse_tests::microcontroller::{Binary, MathLibrary, TARGETS};
 use glimpse_trainer::evaluation::scan;
 
@@ -34,14 +34,12 @@ fn initial_residual(recipe: &Recipe<'_>) -> f32 {
     errors.sum::<f32>() / recipe.samples() as f32
 }
 
-/// Floating point in hardware and in software, on Arm and RISC-V, rounds the same way. All targets and the host compute
-/// the same bits.
-#[test]
-fn all_targets_match_host_fit_bit_for_bit() {
+/// Checks that targets and the host compute the same bits.
+fn assert_bits_of_host(extent: Extent) {
     for fit in FIT_BINARIES {
         let expected = fit_on_host(&Recipe::parse(fit.recipe).unwrap());
         for target in TARGETS {
-            if !fit.is_built(target, MathLibrary::Libm) {
+            if !fit.is_built(extent, target, MathLibrary::Libm) {
                 continue;
             }
             let output = Binary::new(target, MathLibrary::Libm, fit.name).run();
@@ -56,6 +54,17 @@ fn all_targets_match_host_fit_bit_for_bit() {
             );
         }
     }
+}
+
+#[test]
+fn board_matches_host_fit_bit_for_bit() {
+    assert_bits_of_host(Extent::Board);
+}
+
+/// Floating point in hardware and in software, on Arm and RISC-V, rounds the same way.
+#[test]
+fn all_targets_match_host_fit_bit_for_bit() {
+    assert_bits_of_host(Extent::All);
 }
 
 /// A recipe that tolerates missing readings fits the rest when every third reading is missing. The result differs from
@@ -83,7 +92,7 @@ fn board_matches_host_fit_with_missing_readings() {
 /// parameters. They still reduce the initial residual by at least 30 %.
 #[test]
 fn micromath_fits_reduce_residual() {
-    let has_both = |fit: &FitBinary| fit.is_built(TARGETS[0], MathLibrary::Micromath);
+    let has_both = |fit: &FitBinary| fit.is_built(Extent::All, TARGETS[0], MathLibrary::Micromath);
     for FitBinary { name, recipe, .. } in FIT_BINARIES.into_iter().filter(has_both) {
         let before = initial_residual(&Recipe::parse(recipe).unwrap());
         let [libm, micromath] = [MathLibrary::Libm, MathLibrary::Micromath].map(|library| {
@@ -97,13 +106,23 @@ fn micromath_fits_reduce_residual() {
     }
 }
 
-#[test]
-fn figures_are_within_budgets() {
-    let mut figures = figures();
-    let violations = Budgets::load().violations(&figures);
+/// Prints figures, and checks them against the budgets.
+fn assert_within_budgets(extent: Extent) {
+    let mut figures = figures(extent);
+    let violations = Budgets::load().violations(&figures, extent);
     figures.extend(demo_figures());
     for (name, value) in figures {
         println!("{name}={value}");
     }
     assert!(violations.is_empty(), "{}", violations.join("\n"));
+}
+
+#[test]
+fn board_is_within_budgets() {
+    assert_within_budgets(Extent::Board);
+}
+
+#[test]
+fn all_figures_are_within_budgets() {
+    assert_within_budgets(Extent::All);
 }

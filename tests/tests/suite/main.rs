@@ -115,23 +115,30 @@ fn listener_receives_the_fit_of_a_device_that_measures() {
 /// close the line.
 #[test]
 fn tolerates_each_kind_of_fault() {
-    for fault in Fault::ALL {
-        for rate in [0.01, 0.1] {
-            let (device, host) = line();
-            let device = thread::spawn(move || Device::new(device, REPLY_TIMEOUT)?.scan(RECIPE));
-            let material = material();
-            let mut host = NoisyLine::with(host, &[fault], rate, 1);
-            let result = noiseless_scanner(&material).serve(&mut host);
-            assert!(host.corrupted > 0, "{fault:?}");
-            drop(host);
-            // If the last reply of the host was corrupted, the device receives no further reply.
-            let _ = device.join().unwrap();
-            match result {
-                Ok(report) => assert_correct(&report),
-                Err(ScannerError::Closed | ScannerError::Link(_)) if rate == 0.1 => {}
-                Err(other) => panic!("{fault:?} {rate}: {other}"),
+    thread::scope(|scope| {
+        for fault in Fault::ALL {
+            for rate in [0.01, 0.1] {
+                // The device waits for replies that are lost, so the scans run at the same time.
+                scope.spawn(move || scan_over_noisy_line(fault, rate));
             }
         }
+    });
+}
+
+fn scan_over_noisy_line(fault: Fault, rate: f64) {
+    let (device, host) = line();
+    let device = thread::spawn(move || Device::new(device, REPLY_TIMEOUT)?.scan(RECIPE));
+    let material = material();
+    let mut host = NoisyLine::with(host, &[fault], rate, 1);
+    let result = noiseless_scanner(&material).serve(&mut host);
+    assert!(host.corrupted > 0, "{fault:?}");
+    drop(host);
+    // If the last reply of the host was corrupted, the device receives no further reply.
+    let _ = device.join().unwrap();
+    match result {
+        Ok(report) => assert_correct(&report),
+        Err(ScannerError::Closed | ScannerError::Link(_)) if rate == 0.1 => {}
+        Err(other) => panic!("{fault:?} {rate}: {other}"),
     }
 }
 

@@ -1,6 +1,6 @@
 """Measures memory and time of training on large sets: 300 MERL tables, and 3,000 networks.
 
-    python3 trainer/benches/large_sets.py [TRAINER]
+    python3 trainer/program/benches/large_sets.py [TRAINER]
 
 Creates the sets in a temporary folder: hard links to a few tables, and networks with weights changed by 5 %. Trains
 Linear with eight samples on each set with --effort brief. Prints the peak memory of the process, the peak of its
@@ -10,7 +10,7 @@ the total wall-clock and CPU time in seconds. Linux only.
 import os, random, re, struct, subprocess, sys, tempfile, time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 ARRAYS = ("fc1", "b1", "fc2", "b2", "fc3", "b3")
 
 

@@ -6,7 +6,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::{scan, scan_with_missing};
 use glimpse_materials::loss::{loss_directions, mean_log_error};
-use glimpse_materials::{Brdf, FittedBrdf, Material, Procedural};
+use glimpse_materials::{Brdf, FittedBrdf, Procedural};
 use glimpse_trainer::measurement::{NamedRecipe, OutlierReport};
 use glimpse_training::linear::PosteriorReading;
 

@@ -1,7 +1,7 @@
 //! `trainer render view`
 
 use glimpse_core::recipe::Recipe;
-use glimpse_materials::{Brdf, Material, Procedural};
+use glimpse_materials::{Brdf, Procedural};
 use serde_json::{Value, json};
 
 use super::{Folder, number};

@@ -2,7 +2,7 @@
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
-use glimpse_materials::{Brdf, Material, Procedural};
+use glimpse_materials::{Brdf, Procedural};
 use glimpse_trainer::measurement::{NamedRecipe, OutlierReport};
 use glimpse_training::linear::{CoefficientPrior, PosteriorReading};
 use rand::{Rng, SeedableRng};

@@ -14,7 +14,7 @@ use glimpse_core::model::linear::map;
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 use glimpse_kernels::scan::scan;
 use glimpse_kernels::with_model;
-use glimpse_materials::{Brdf, Material, Procedural};
+use glimpse_materials::{Brdf, Procedural};
 use glimpse_training::meta::completion::dataset::{Dataset, Subset};
 use glimpse_training::meta::completion::objective::{CompletionObjective, StepOptions};
 use glimpse_training::meta::completion::refinement::{GaussNewtonRefinement, Refinement};
