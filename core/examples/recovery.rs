@@ -32,7 +32,9 @@ pub(crate) fn boot(
     };
     let mut readings = restored.unwrap_or_default();
     while let Some((index, directions)) = scan.next_pending() {
-        match common::monochrome(index, &directions) {
+        // The sensor has one channel.
+        let red = (index != 11).then(|| common::material(&directions)[0]);
+        match red {
             _ if readings == power_fails_after => return Ok(None),
             None => scan.skip(index)?, // the sensor cannot read this sample
             Some(brdf) => {

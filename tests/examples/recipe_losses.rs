@@ -2,7 +2,7 @@
 //! mean loss and color error on a folder of MERL's materials, and the cross-validated loss on RGL's materials of a training at
 //! quick effort. Names of recipes after the folders select rows.
 //!
-//!     cargo run --release -p glimpse-tests --example recipe_losses -- MERL-networks/ RGL/ [NAME...]
+//!     cargo run --release -p glimpse-tests --features thorough --example recipe_losses -- MERL-networks/ RGL/ [NAME...]
 
 use std::env;
 use std::error::Error;

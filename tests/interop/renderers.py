@@ -2,7 +2,7 @@
 
     python3 tests/interop/renderers.py [TRAINER]
 
-`cargo test --no-run` builds the trainer and trainer/examples/shading.rs. Mitsuba 3 and MaterialX are installed from PyPI, and Khronos's
+`tests/run programs` builds the trainer and tests/examples/shading.rs. Mitsuba 3 and MaterialX are installed from PyPI, and Khronos's
 validator of glTF from npm, into an environment in target/.
 
 - Mitsuba's `principled` has the BRDF that the trainer computes from the same parameters.
@@ -217,7 +217,7 @@ def check_samples(trainer, material, count=10_000):
 
 def main():
     enter_environment(PACKAGES)
-    trainer = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "target/debug/trainer").resolve()
+    trainer = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "target/release/trainer").resolve()
     example = trainer.parent / "examples/shading"
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)

@@ -56,7 +56,7 @@ pub extern "C" fn glimpse_config_default(host: i32) -> glimpse_config {
 }
 
 impl glimpse_config {
-    fn validated(&self) -> Result<Config, glimpse_status> {
+    pub(crate) fn validated(&self) -> Result<Config, glimpse_status> {
         let mut config = Config::new(match self.host {
             host if host == glimpse_host::Measures as i32 => Host::Measures,
             host if host == glimpse_host::Listens as i32 => Host::Listens,

@@ -6,6 +6,7 @@
 use crc::{CRC_32_ISO_HDLC, Crc};
 use glimpse_core::error::ErrorCode;
 use glimpse_core::fit::{AnyModel, Linear, ScanModel};
+use glimpse_core::geometry::Directions;
 use glimpse_core::gonio::Reading;
 use glimpse_core::model::{CookTorrance, Neural, Phong};
 use glimpse_core::recipe::{
@@ -78,8 +79,8 @@ fn check_scan<K: ScanModel>(recipe: Recipe<'_>) {
     for index in 0..samples {
         let saturated = index % 2 == 1;
         let reading = Reading {
+            brdf: [0.4, 0.3, 0.2 + 0.01 * f32::from(index)],
             saturated,
-            ..reading
         };
         scan.record(index, reading).expect("a valid reading");
     }
@@ -101,7 +102,19 @@ fn check_fit<K: ScanModel>(scan: &mut Scan<'_, K>) {
         _ => {
             let fitted = scan.fitted().expect("the fit is finished");
             assert!(fitted.values().all(f32::is_finite));
-            assert!(fitted.residual().mean.is_finite());
+            let residual = fitted.residual();
+            assert!(residual.mean.is_finite() && residual.worst.is_finite());
+            let estimates = [fitted.predicted_loss(), fitted.loss_bound()];
+            assert!(estimates.into_iter().flatten().all(f32::is_finite));
+            let mirror = Directions {
+                incoming: [0.6, 0.0, 0.8],
+                outgoing: [-0.6, 0.0, 0.8],
+            };
+            assert!(
+                fitted
+                    .brdf(&mirror)
+                    .is_none_or(|brdf| brdf.iter().all(|x| x.is_finite()))
+            );
         }
     }
 }

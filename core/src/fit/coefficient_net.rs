@@ -8,8 +8,8 @@
 //! a_c = z_c[..m] + W tanh(z_c[m..])
 //! ```
 //!
-//! Hence all channels are treated alike, and any reading may be missing. g is 1 or the [dropout_gain] of the present
-//! readings. A [`StartNet`] maps all a_c to a model's initial parameters.
+//! Hence all channels are treated alike, and any reading may be missing. g is the
+//! [gain](MissingPolicy::dropout_gain) of the present readings. A [`StartNet`] maps all a_c to a model's initial parameters.
 //!
 //! The forward pass is generic over [`Scalar`] and over the [encoding](Encoding) of weights: bytes in a recipe, plain
 //! numbers in training. Training also has the [adjoint](CoefficientNetGradient).
@@ -22,7 +22,7 @@ mod missing;
 pub use adjoint::CoefficientNetGradient;
 pub use encoding::{Encoding, Packed, Plain};
 pub use start_net::{StartNet, StartNetGradient, MAX_RMS};
-pub use missing::{MissingPolicy, dropout_gain};
+pub use missing::MissingPolicy;
 
 use crate::numeric::Scalar;
 use encoding::scaled;

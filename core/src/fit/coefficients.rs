@@ -47,7 +47,7 @@ section! {
         bias: Floats<'a>, [Rows];
         /// m, at most K
         components: u16, in 1.0 => 96.0;
-        /// 0 if a fit needs all readings; 1 or 2 if it tolerates missing ones
+        /// 0 if a fit needs all readings; 2 if it tolerates missing ones; 1 is invalid
         missing: u8, in 0.0 => 2.0;
         /// factor of the mapped readings
         scale: f32, in f32::MIN_POSITIVE => f32::MAX;

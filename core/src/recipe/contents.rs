@@ -190,11 +190,14 @@ impl<'a> Contents<'a> {
         }
         ridge.check(&counts)?;
         if let Some(net) = &self.net {
+            let code = ErrorCode::RecipeRange;
             if usize::from(net.components) > ridge.precision.len() {
-                let code = ErrorCode::RecipeRange;
                 return Err(Error::in_field(code, "net.components"));
             }
             net.check(&counts)?;
+            if net.missing == 1 {
+                return Err(Error::in_field(code, "net.missing"));
+            }
         }
         if let Some(noise) = &self.noise {
             noise.check(&counts)?;

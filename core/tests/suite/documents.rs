@@ -2,12 +2,8 @@
 
 #![allow(clippy::duplicate_mod)] // each example is a separate program with its own scanner
 
-#[path = "../../examples/firmware.rs"]
-mod firmware;
 #[path = "../../examples/host.rs"]
 mod host;
-#[path = "../../examples/hosted.rs"]
-mod hosted;
 #[path = "../../examples/recovery.rs"]
 mod recovery;
 
@@ -26,16 +22,6 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::link::{frame, read_frames};
-
-#[test]
-fn scan_and_firmware_examples_fit() {
-    hosted::main().unwrap();
-    firmware::main();
-    let mut board = firmware::common::Board::default();
-    let residual = firmware::run(&mut board).unwrap();
-    assert!((1e-4..0.06).contains(&residual.mean), "{residual:?}");
-    assert_eq!((residual.implausible, board.readings), (None, 8));
-}
 
 /// The result is the same for every power cut.
 #[test]

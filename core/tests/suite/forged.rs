@@ -1,22 +1,16 @@
-//! Forged recipes with a valid checksum: they are rejected, or a scan ends with finite numbers or a reported error,
-//! within its memory.
+//! Forged recipes with a valid checksum: they are rejected, or a scan ends with finite numbers or a reported error.
 //!
 //! `GLIMPSE_FORGED=100000` tests more of them.
 
-use glimpse_core::error::ErrorCode;
-use glimpse_core::gonio::Reading;
-use glimpse_core::recipe::{Recipe, memory_words};
-use glimpse_core::scan::Scan;
+use glimpse_core::recipe::Recipe;
+use glimpse_core_fuzz::recipe::check;
 
 use crate::random::Random;
 use crate::recipe::fields;
 use crate::recipes::{Contents, combinations};
-use crate::scanning::{Any, synthetic_reading};
 
 /// Number of forged recipes without an environment variable.
 const FORGED: usize = 20_000;
-/// Fits with more units of work are not completed.
-const MAX_UNITS: u32 = 3_000;
 
 /// A number of any magnitude, at or near a bound, or not finite.
 fn any_number(random: &mut Random, (min, max): (f32, f32)) -> f32 {
@@ -100,76 +94,8 @@ fn forge(random: &mut Random, all: &[Contents]) -> Vec<u8> {
     contents.write_with(&sections)
 }
 
-/// Result of one recipe.
-#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum End {
-    Rejected,
-    TooLong,
-    Diverged,
-    Fitted,
-}
-
-/// Scans with all readings, or with some.
-fn scan(recipe: Recipe<'_>, random: &mut Random) -> End {
-    const GUARD: usize = 64;
-    const PATTERN: u32 = 0x7FA5_5A01;
-    let words = recipe.memory_words();
-    let mut memory = vec![f32::from_bits(PATTERN); words + 2 * GUARD];
-    let mut scan = Scan::<Any>::new(recipe, &mut memory[GUARD..GUARD + words]).unwrap();
-    let some = recipe.tolerates_missing() && random.bits() & 1 == 1;
-    for index in 0..recipe.samples() as u16 {
-        let mut reading = synthetic_reading(index % 8);
-        if random.bits().is_multiple_of(64) {
-            let value = any_number(random, (-0.9, f32::MAX));
-            if value.is_finite() && value >= -0.9 {
-                reading = Reading::monochrome(value);
-            }
-        }
-        if !some || index == 0 || random.bits() & 1 == 1 {
-            scan.record(index, reading).unwrap();
-        }
-    }
-    let mut fit = scan.fit().unwrap();
-    let mut progress = fit.progress();
-    let end = progress.total.min(MAX_UNITS);
-    while progress.done < end {
-        progress = fit.advance(1 + (random.bits() % 64) as u32);
-    }
-    let end = match fit.finish() {
-        Err(error) if !error.is_implausible() => match error.code {
-            ErrorCode::Unfinished => End::TooLong,
-            code => {
-                assert_eq!(code, ErrorCode::Diverged);
-                End::Diverged
-            }
-        },
-        _ => {
-            let fitted = scan.fitted().unwrap();
-            assert!(fitted.values().all(f32::is_finite));
-            let residual = fitted.residual();
-            assert!(residual.mean.is_finite() && residual.worst.is_finite());
-            let estimates = [fitted.predicted_loss(), fitted.loss_bound()];
-            assert!(estimates.into_iter().flatten().all(f32::is_finite));
-            for (_, directions) in recipe.directions() {
-                assert!(
-                    fitted
-                        .brdf(&directions)
-                        .into_iter()
-                        .flatten()
-                        .all(f32::is_finite)
-                );
-            }
-            End::Fitted
-        }
-    };
-    let guards = memory[..GUARD].iter().chain(&memory[GUARD + words..]);
-    let is_valid = guards.into_iter().all(|word| word.to_bits() == PATTERN);
-    assert!(is_valid, "a write outside of the memory");
-    end
-}
-
 #[test]
-fn forged_recipe_is_rejected_or_scans_within_its_memory() {
+fn forged_recipe_is_rejected_or_scans() {
     let count = std::env::var("GLIMPSE_FORGED").map_or(FORGED, |count| count.parse().unwrap());
     let all = combinations()
         .into_iter()
@@ -178,23 +104,15 @@ fn forged_recipe_is_rejected_or_scans_within_its_memory() {
             None => vec![contents],
         });
     let all: Vec<_> = all.collect();
-    let mut ends = std::collections::BTreeMap::new();
+    let mut accepted = 0;
     for seed in 0..count as u64 {
-        let mut random = Random(seed);
-        let bytes = forge(&mut random, &all);
-        let end = std::panic::catch_unwind(move || match Recipe::parse(&bytes) {
-            Ok(recipe) => {
-                assert_eq!(memory_words(&[&bytes]), recipe.memory_words());
-                scan(recipe, &mut random)
-            }
-            Err(_) => End::Rejected,
-        });
-        *ends
-            .entry(end.unwrap_or_else(|_| panic!("forged recipe {seed}")))
-            .or_insert(0) += 1;
+        let bytes = forge(&mut Random(seed), &all);
+        accepted += usize::from(Recipe::parse(&bytes).is_ok());
+        let is_checked = std::panic::catch_unwind(|| check(&[&[0], &bytes[..]].concat()));
+        assert!(is_checked.is_ok(), "forged recipe {seed}");
     }
-    println!("{ends:?}");
-    for end in [End::Rejected, End::Diverged, End::Fitted] {
-        assert!(ends[&end] >= count / 50, "{ends:?}");
-    }
+    assert!(
+        (count / 50..count - count / 50).contains(&accepted),
+        "{accepted}"
+    );
 }

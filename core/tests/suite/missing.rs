@@ -103,7 +103,7 @@ fn omits_saturated_readings() {
 
 #[test]
 fn uses_saturated_readings_without_others() {
-    for_each_recipe(1, |contents, scan| {
+    for_each_recipe(2, |contents, scan| {
         record(scan, [2, 3], saturated);
         let actual = fit(scan, &[5]);
         let expected = outcome(contents, &subset(0b1100));

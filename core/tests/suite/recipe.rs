@@ -249,14 +249,15 @@ fn counts_are_bounded() {
         assert!(code(below).is_some(), "{below}");
         assert_eq!(code(above), Some(ErrorCode::RecipeCount));
     }
-    // More coefficients of the net than components.
-    let mut contents = random_recipe(SMALL, None);
-    contents.ridge = with(&|shape| shape.components = 3, None).ridge;
-    let error = parse_error(&contents.write());
-    assert_eq!(
-        (error.code, error.field),
-        (ErrorCode::RecipeRange, "net.components")
-    );
+    // More coefficients of the net than components, and an undefined treatment of missing readings.
+    let mut larger = random_recipe(SMALL, None);
+    let mut undefined = larger.clone();
+    larger.ridge = with(&|shape| shape.components = 3, None).ridge;
+    undefined.net.as_mut().unwrap().missing = 1;
+    for (contents, field) in [(larger, "net.components"), (undefined, "net.missing")] {
+        let error = parse_error(&contents.write());
+        assert_eq!((error.code, error.field), (ErrorCode::RecipeRange, field));
+    }
     // Linear is not a model with parameters, and other models have other numbers of them.
     for model in [ModelKind::Linear, ModelKind::Neural] {
         let mut contents = sgd(ModelKind::Phong);

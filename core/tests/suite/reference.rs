@@ -173,10 +173,7 @@ fn rounded(activation: f64) -> f64 {
 fn net_coefficients(net: &Net, mapped: &[Option<[f64; 3]>]) -> [Vec<f64>; 3] {
     let (m, rows) = (usize::from(net.components), net.bias.len());
     let present = mapped.iter().flatten().count() as f64;
-    let gain = match net.missing {
-        2 => (mapped.len() as f64 / present).sqrt(),
-        _ => 1.0,
-    };
+    let gain = (mapped.len() as f64 / present).sqrt();
     let factor = f64::from(net.scale) * gain;
     let weight = |sample: usize, column: usize, row: usize| {
         f64::from(net.readings[(sample * 3 + column) * rows + row])

@@ -6,7 +6,6 @@
 #![no_std]
 
 #[cfg(all(not(target_os = "none"), feature = "libm"))]
-pub mod evaluation;
 #[cfg(target_os = "none")]
 pub mod machine;
 #[cfg(target_os = "none")]

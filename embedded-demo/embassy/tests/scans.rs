@@ -27,7 +27,6 @@ const SEPARATION: f32 = 0.08;
 const LAYOUT: Layout = Layout {
     start: 0,
     area_bytes: 2 * SECTOR_BYTES as u32,
-    slot_bytes: SECTOR_BYTES as u32,
 };
 
 /// The BRDF of the simulated material.

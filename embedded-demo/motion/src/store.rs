@@ -1,14 +1,12 @@
-//! Storage that survives a power cut: a boot counter, the readings of the current scan, and recipes from a host.
+//! Storage that survives a power cut: a boot counter, and the readings of the current scan.
 //!
-//! A journal holds everything but the recipes' bytes. Every call appends at most one item to it. After a
-//! power cut at any time, the flash has the state before the interrupted call or the state after it. Only a full area
-//! of the journal and a new recipe cause an erase.
+//! A journal holds everything. Every call appends at most one item to it. After a power cut at any time, the flash has
+//! the state before the interrupted call or the state after it. Only a full area of the journal causes an erase.
 //!
 //! Readings count only once a homing has shown that no steps were lost: see [`Store::record_homing`].
 
 mod error;
 mod journal;
-mod recipes;
 
 pub use error::StoreError;
 
@@ -20,25 +18,21 @@ use crate::goniometer::StepCheck;
 use error::Result;
 use journal::{BLOCK_BYTES, Content, Journal};
 
-/// Place of a store in a flash: two areas of the journal, followed by two slots of recipes. Lengths are whole sectors.
+/// Place of a store in a flash: two areas of the journal. Lengths are whole sectors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
     /// Offset of the first area.
     pub start: u32,
-    /// Length of an area: at least 160 bytes, and 32 for each sample. Larger areas are erased less often.
+    /// Length of an area: at least 128 bytes, and 32 for each sample. Larger areas are erased less often.
     pub area_bytes: u32,
-    /// Length of a slot, the maximum length of a recipe.
-    pub slot_bytes: u32,
 }
 
 /// Item of the journal.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 enum Item {
     Boots(u32),
-    /// Offset and length of the active recipe.
-    Recipe((u32, u32)),
     /// Checksum and number of samples of the current scan's recipe.
-    Scan(Option<(u32, u16)>),
+    Scan((u32, u16)),
     /// Index, reading, and true if it is confirmed.
     Reading(u16, Reading, bool),
     /// Confirms all readings.
@@ -51,7 +45,6 @@ enum Item {
 #[derive(Clone, Copy, Debug)]
 struct State<const SAMPLES: usize> {
     boots: u32,
-    recipe: Option<(u32, u32)>,
     scan: Option<(u32, u16)>,
     /// By index; true if it is confirmed.
     readings: [Option<(Reading, bool)>; SAMPLES],
@@ -61,13 +54,8 @@ struct State<const SAMPLES: usize> {
 #[derive(Debug)]
 pub struct Store<F, const SAMPLES: usize> {
     flash: F,
-    layout: Layout,
     journal: Journal,
     state: State<SAMPLES>,
-    /// Number of bytes received of a new recipe. None without a transfer, and after its failure.
-    received: Option<u32>,
-    /// The block of the new recipe that is not in the flash yet.
-    block: [u8; BLOCK_BYTES],
 }
 
 impl<F: NorFlash, const SAMPLES: usize> Store<F, SAMPLES> {
@@ -79,7 +67,6 @@ impl<F: NorFlash, const SAMPLES: usize> Store<F, SAMPLES> {
         layout.validate::<F>(flash.capacity(), SAMPLES)?;
         let mut state = State {
             boots: 0,
-            recipe: None,
             scan: None,
             readings: [None; SAMPLES],
         };
@@ -90,11 +77,8 @@ impl<F: NorFlash, const SAMPLES: usize> Store<F, SAMPLES> {
         })?;
         Ok(Self {
             flash,
-            layout,
             journal,
             state,
-            received: None,
-            block: [0xFF; BLOCK_BYTES],
         })
     }
 
@@ -120,18 +104,7 @@ impl<F: NorFlash, const SAMPLES: usize> Store<F, SAMPLES> {
         if usize::from(samples) > SAMPLES {
             return Err(StoreError::TooLarge);
         }
-        self.write(Item::Scan(Some((recipe, samples))))
-    }
-
-    /// Ends the current scan, and deletes its readings. Writes nothing without a current scan.
-    ///
-    /// # Errors
-    /// If the flash cannot be written.
-    pub fn end_scan(&mut self) -> Result {
-        match self.state.scan {
-            Some(_) => self.write(Item::Scan(None)),
-            None => Ok(()),
-        }
+        self.write(Item::Scan((recipe, samples)))
     }
 
     /// Saves an unconfirmed reading, or replaces the one of the same index.
@@ -144,11 +117,6 @@ impl<F: NorFlash, const SAMPLES: usize> Store<F, SAMPLES> {
         }
         reading.check(index).map_err(StoreError::Invalid)?;
         self.write(Item::Reading(index, reading, false))
-    }
-
-    /// Returns true if the sample has a reading, confirmed or not.
-    pub fn is_saved(&self, index: u16) -> bool {
-        matches!(self.state.readings.get(usize::from(index)), Some(Some(_)))
     }
 
     /// Returns the confirmed reading of this index.
@@ -195,9 +163,8 @@ impl<const SAMPLES: usize> State<SAMPLES> {
     fn apply(&mut self, item: Item) {
         match item {
             Item::Boots(boots) => self.boots = boots,
-            Item::Recipe(recipe) => self.recipe = Some(recipe),
             Item::Scan(scan) => {
-                self.scan = scan.filter(|(_, samples)| usize::from(*samples) <= SAMPLES);
+                self.scan = Some(scan).filter(|(_, samples)| usize::from(*samples) <= SAMPLES);
                 self.readings = [None; SAMPLES];
             }
             Item::Reading(index, reading, is_confirmed) => {
@@ -223,9 +190,8 @@ impl<const SAMPLES: usize> State<SAMPLES> {
         let readings = (0..).zip(&self.readings).filter_map(|(index, saved)| {
             saved.map(|(reading, is_confirmed)| Item::Reading(index, reading, is_confirmed))
         });
-        let items = [Item::Boots(self.boots), Item::Scan(self.scan)];
-        let items = items.into_iter().chain(self.recipe.map(Item::Recipe));
-        items.chain(readings)
+        let boots = core::iter::once(Item::Boots(self.boots));
+        boots.chain(self.scan.map(Item::Scan)).chain(readings)
     }
 }
 
@@ -234,12 +200,12 @@ impl Layout {
     fn validate<F: NorFlash>(self, capacity: usize, samples: usize) -> Result {
         let has_blocks = F::ERASE_SIZE.is_multiple_of(BLOCK_BYTES);
         let has_words = BLOCK_BYTES.is_multiple_of(F::WRITE_SIZE);
-        let lengths = [self.start, self.area_bytes, self.slot_bytes].map(u64::from);
-        let [start, area, slot] = lengths;
+        let lengths = [self.start, self.area_bytes].map(u64::from);
+        let [start, area] = lengths;
         let is_whole = |length: &u64| length.is_multiple_of(F::ERASE_SIZE as u64);
         let is_aligned = lengths.iter().all(is_whole);
-        let is_inside = start + 2 * (area + slot) <= capacity as u64;
-        let is_large = area / BLOCK_BYTES as u64 >= samples as u64 + 5;
+        let is_inside = start + 2 * area <= capacity as u64;
+        let is_large = area / BLOCK_BYTES as u64 >= samples as u64 + 4;
         let is_valid = has_blocks && has_words && is_aligned && is_inside && is_large;
         is_valid.then_some(()).ok_or(StoreError::Layout)
     }

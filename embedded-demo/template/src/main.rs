@@ -100,11 +100,7 @@ const POLAR: Settings = Settings {
 
 /// Returns the place of readings in the flash: two areas of whole sectors from `start` on.
 const fn readings_at(start: u32, area_bytes: u32) -> Layout {
-    Layout {
-        start,
-        area_bytes,
-        slot_bytes: 0,
-    }
+    Layout { start, area_bytes }
 }
 
 /// The parts of a board: for each axis the pins step, direction and switch; the rest in the order of its fields.

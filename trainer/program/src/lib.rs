@@ -101,7 +101,6 @@ pub fn run() -> ExitCode {
     let outcome = match command {
         Command::Quickstart(command) => command.run(common.seed),
         Command::Recipes(command) => command.run(),
-        Command::Train(command) if command.grid => commands::grid::run(&command, common.seed),
         Command::Train(command) => command.run(common.seed),
         Command::Evaluate(command) => command.run(common.seed),
         Command::Fit(command) => command.run(common.seed),

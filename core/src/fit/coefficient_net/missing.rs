@@ -8,9 +8,7 @@ use crate::numeric::math::{exp, ln};
 pub enum MissingPolicy {
     /// A fit needs all readings.
     AllRequired = 0,
-    /// Present readings keep their weight.
-    Unscaled = 1,
-    /// Present readings are multiplied by their [`dropout_gain`].
+    /// Present readings are multiplied by their [`dropout_gain`](Self::dropout_gain).
     Scaled = 2,
 }
 
@@ -19,35 +17,24 @@ impl MissingPolicy {
     pub(crate) fn from_number(number: u8) -> Self {
         match number {
             0 => Self::AllRequired,
-            1 => Self::Unscaled,
             _ => Self::Scaled,
         }
     }
 
-    /// Returns the factor of the present mapped readings.
+    /// Returns the factor of the present mapped readings: sqrt(n / k) if k of n are present, at least one; otherwise 1.
     ///
-    /// `present` has an entry for each sample: true if its reading is present. It is counted only if the factor depends
-    /// on it.
+    /// With this gain, the sum over k independent readings has the variance of a sum over n of them. It is between their
+    /// mean (gain n / k) and their sum (gain 1). `present` has an entry for each sample: true if its reading is present.
     #[must_use]
     pub fn dropout_gain(self, present: impl ExactSizeIterator<Item = bool>) -> f32 {
-        match self {
-            Self::Scaled => {
-                let samples = present.len();
-                dropout_gain(samples, present.filter(|present| *present).count())
-            }
-            _ => 1.0,
+        let samples = present.len();
+        if self == Self::AllRequired {
+            return 1.0;
+        }
+        match present.filter(|present| *present).count() {
+            0 => 1.0,
+            count if count == samples => 1.0,
+            count => exp(0.5 * ln(samples as f32 / count as f32)),
         }
     }
-}
-
-/// Returns sqrt(n / k) if k of n readings are present, at least one; otherwise 1.
-///
-/// With this gain, the sum over k independent readings has the variance of a sum over n of them. It is between their
-/// mean (gain n / k) and their sum (gain 1).
-#[must_use]
-pub fn dropout_gain(samples: usize, present: usize) -> f32 {
-    if present == 0 || present >= samples {
-        return 1.0;
-    }
-    exp(0.5 * ln(samples as f32 / present as f32))
 }

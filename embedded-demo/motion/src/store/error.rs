@@ -12,12 +12,10 @@ pub enum StoreError {
     Flash,
     /// The layout is too small or too large, or is not of whole sectors.
     Layout,
-    /// The scan, or the recipe for its slot or buffer, is too large.
+    /// The scan has too many samples.
     TooLarge,
-    /// A part of a recipe does not follow the previous part: send the recipe again from its start.
-    OutOfOrder,
     /// The current scan has no sample with this index.
     NoSample,
-    /// The reading is invalid, the bytes are not a valid recipe, or the firmware declines the recipe.
+    /// The reading is invalid.
     Invalid(Error),
 }

@@ -27,7 +27,7 @@ use glimpse_core::checksum::crc_32;
 
 use super::error::{Result, StoreError};
 
-/// Bytes of an item, and of a block of a recipe: a multiple of every possible word, so no word is written twice.
+/// Bytes of an item: a multiple of every possible word, so no word is written twice.
 pub(super) const BLOCK_BYTES: usize = 32;
 
 /// Bytes of an item, as a distance of offsets.

@@ -54,27 +54,21 @@ impl Lanes for PortableLanes {
     }
 }
 
+macro_rules! operations {
+    ($($method:ident $operator:tt)*) => {$(
+        #[inline(always)]
+        fn $method(self, b: Self) -> Self {
+            Self(self.0 $operator b.0)
+        }
+    )*};
+}
+
 impl Register for PortableLanes {
     #[inline(always)]
     fn splat(value: f32) -> Self {
         Self(f32x8::splat(value))
     }
-    #[inline(always)]
-    fn plus(self, b: Self) -> Self {
-        Self(self.0 + b.0)
-    }
-    #[inline(always)]
-    fn subtract(self, b: Self) -> Self {
-        Self(self.0 - b.0)
-    }
-    #[inline(always)]
-    fn multiply(self, b: Self) -> Self {
-        Self(self.0 * b.0)
-    }
-    #[inline(always)]
-    fn divide(self, b: Self) -> Self {
-        Self(self.0 / b.0)
-    }
+    operations!(plus + subtract - multiply * divide /);
     #[inline(always)]
     fn negate(self) -> Self {
         Self(self.0 ^ f32x8::splat(-0.0))

@@ -1,7 +1,6 @@
 //! The subcommands, one file each. Results go to stdout or --out, messages to stderr.
 
 mod adaptive;
-mod auto_samples;
 pub(crate) mod bench;
 mod choice;
 pub(crate) mod compare;
@@ -14,7 +13,6 @@ mod export_basis;
 pub(crate) mod fit;
 mod formats;
 mod geometry;
-pub(crate) mod grid;
 pub(crate) mod inspect;
 mod limits;
 mod lock;

@@ -41,21 +41,11 @@ pub(crate) fn with_negative_values(command: Command) -> Command {
         .mut_subcommands(with_negative_values)
 }
 
-/// The number of samples of a training.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum SampleCount {
-    /// The number with the lowest expected loss.
-    Auto,
-    /// This number; 0 for a recipe without a pattern.
-    Count(usize),
-}
-
-/// Parses the number of samples of a training.
-pub(crate) fn sample_count(text: &str) -> Result<SampleCount, String> {
+/// Parses the number of samples of a training; 0 is a recipe without a pattern.
+pub(crate) fn sample_count(text: &str) -> Result<usize, String> {
     match text {
-        "auto" => Ok(SampleCount::Auto),
-        "any" => Ok(SampleCount::Count(0)),
-        _ => number(1..=MAX_SAMPLES)(text).map(SampleCount::Count),
+        "any" => Ok(0),
+        _ => number(1..=MAX_SAMPLES)(text),
     }
 }
 

@@ -1,6 +1,7 @@
 //! `trainer train`
 
 use std::path::{Path, PathBuf};
+use std::slice;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail, ensure};
@@ -17,16 +18,14 @@ use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::request::TrainingArgs;
 use glimpse_training::recipe::{RecipeFile, pack_recipe};
 
-use super::auto_samples::choose_samples;
 use super::expected_loss::expected_loss;
 use super::geometry::read_directions;
 use super::lock::Lock;
-use super::numbers::SampleCount;
 use super::output::write_file;
 use super::progress::train_with_progress;
 use super::{choice, load_all, numbers};
 
-/// Train a recipe on materials, or many recipes with --grid.
+/// Train a recipe on materials.
 ///
 /// SCHEDULES. With --schedule prior, the default, a recipe completes the readings: a small learned
 /// map estimates the whole material from them. For models other than linear, a descent refines the
@@ -43,44 +42,30 @@ use super::{choice, load_all, numbers};
 /// that was trained with other options is replaced only with --force. Two runs cannot write the same
 /// recipe at once.
 ///
-/// GRIDS. With --grid, a recipe is trained for each model and each n, as OUT/MODEL-nN.recipe.
-/// Finished recipes are not trained again, so the same command continues after Ctrl-C. If one
-/// training fails, the others still run. A table of the recipes is printed and saved as OUT/grid.csv.
-///
 /// Example: trainer train --model neural --samples 8 --data MERL/ --out neural-n8.recipe
-///          trainer train --model linear --samples auto --scan-seconds 12 --data MERL/ --out 12s.recipe
+///          trainer train --model linear --samples 12 --scan-seconds 12 --data MERL/ --out 12s.recipe
 ///          trainer train --model linear -n 8 --pattern my-six-angles.csv --data MERL/ --out 8.recipe
-///          trainer train --grid --model phong,neural --samples 1,2,4,8 --data MERL/ --out recipes/
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Train {
-    /// Model to fit; with --grid a list separated by commas [default with --grid: all]
-    #[arg(
-        long,
-        value_parser = choice::model(),
-        value_delimiter = ',',
-        required_unless_present = "grid"
-    )]
-    pub(super) model: Vec<ModelKind>,
-    /// Number n of samples that the scanner measures, 1 to 4096; with --grid a list [default with
-    /// --grid: 1,2,4,...,512]. With --scan-seconds also `auto`: the number with the lowest expected loss,
-    /// after a quick training for each of several numbers
+    /// Model to fit
+    #[arg(long, value_parser = choice::model())]
+    model: ModelKind,
+    /// Number n of samples that the scanner measures, 1 to 4096; `any` for readings at any directions
     #[arg(
         long,
         short = 'n',
-        value_delimiter = ',',
         value_name = "N",
         allow_negative_numbers = true,
-        value_parser = numbers::sample_count,
-        required_unless_present = "grid"
+        value_parser = numbers::sample_count
     )]
-    pub(super) samples: Vec<SampleCount>,
+    samples: usize,
     /// Training materials; can be given several times
     #[arg(long, value_name = "SOURCE", default_value = "procedural:100")]
     data: Vec<Source>,
-    /// Recipe file to write; with --grid the directory of all recipes
+    /// Recipe file to write
     #[arg(long, short)]
-    pub(super) out: PathBuf,
+    out: PathBuf,
     /// Schedule prior: CSV file of directions that the instrument fixes, as for `trainer query`. They are
     /// the recipe's first samples, and the remaining ones of N are trained
     #[arg(long, value_name = "FILE.csv", conflicts_with = "scan_seconds")]
@@ -96,15 +81,12 @@ pub(crate) struct Train {
     /// Seconds between two checkpoints, 0 to 1e9; 0 saves one after every step
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
     checkpoint_every: Duration,
-    /// Continue from the checkpoint OUT.checkpoint, if there is one (a grid always does)
-    #[arg(long, conflicts_with = "grid")]
+    /// Continue from the checkpoint OUT.checkpoint, if there is one
+    #[arg(long)]
     resume: bool,
     /// Replace a recipe that was trained with other options, or discard an unfinished run
     #[arg(long)]
-    pub(super) force: bool,
-    /// Train one recipe for each model at each n
-    #[arg(long)]
-    pub(crate) grid: bool,
+    force: bool,
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
@@ -119,27 +101,7 @@ impl Train {
             self.out.display()
         );
         let sources = self.sources()?;
-        let (&[model], &[samples]) = (&self.model[..], &self.samples[..]) else {
-            bail!(
-                "several models or several numbers of samples were given: give --grid, or one of each"
-            );
-        };
-        let training_run =
-            |samples| self.training_run(model, samples, self.out.clone(), sources.label(), seed);
-        let samples = match samples {
-            SampleCount::Count(samples) => samples,
-            SampleCount::Auto => match self.samples_of_trained()? {
-                Some(samples) => samples,
-                None => {
-                    // Before the short trainings, which take a while.
-                    let run = training_run(1)?;
-                    run.check_writable()?;
-                    run.refuse_overwrite(Ok(false), self.resume, self.force)?;
-                    choose_samples(&sources, |samples| Ok(training_run(samples)?.options))?
-                }
-            },
-        };
-        let run = training_run(samples)?;
+        let run = self.training_run(sources.label(), seed)?;
         // An unwritable output is reported before training, not after hours of it.
         run.check_writable()?;
         let _lock = run.lock()?;
@@ -168,77 +130,53 @@ impl Train {
         Ok(())
     }
 
-    /// Returns the number of samples of an existing recipe, which --resume checks or completes. None if there is none, or if
-    /// --force replaces it.
-    ///
-    /// # Errors
-    /// If a recipe exists, and neither --resume nor --force was given.
-    fn samples_of_trained(&self) -> anyhow::Result<Option<usize>> {
-        if self.force || !self.out.exists() {
-            return Ok(None);
-        }
-        ensure!(
-            self.resume,
-            "{} exists: give --force to replace it, or another --out",
-            self.out.display()
-        );
-        Ok(Some(RecipeFile::read(&self.out)?.recipe().samples()))
-    }
-
     /// Returns the sources of the training materials, and their shares. Refuses options without effect.
-    pub(super) fn sources(&self) -> anyhow::Result<Sources> {
-        self.training.check_effect(&self.model, self.schedule)?;
+    fn sources(&self) -> anyhow::Result<Sources> {
+        self.training
+            .check_effect(slice::from_ref(&self.model), self.schedule)?;
         Ok(Sources::new(self.data.clone(), &self.training.share)?)
     }
 
-    /// Returns the training of one recipe. Messages call the materials `data`.
-    pub(super) fn training_run(
-        &self,
-        model: ModelKind,
-        samples: usize,
-        out: PathBuf,
-        data: String,
-        seed: u64,
-    ) -> anyhow::Result<TrainingRun> {
-        let (schedule, effort) = (self.schedule, self.effort);
+    /// Returns the training. Messages call the materials `data`.
+    fn training_run(&self, data: String, seed: u64) -> anyhow::Result<TrainingRun> {
         let fixed = self
             .pattern
             .as_ref()
             .map(|path| read_directions(path).context("--pattern names a file"));
-        let mut checkpoint = out.clone().into_os_string();
+        let mut checkpoint = self.out.clone().into_os_string();
         checkpoint.push(".checkpoint");
         Ok(TrainingRun {
             options: self
                 .training
-                .options(model, samples, schedule, effort, seed)?
+                .options(self.model, self.samples, self.schedule, self.effort, seed)?
                 .with_fixed(fixed.transpose()?.unwrap_or_default())?,
             data,
             checkpoint: checkpoint.into(),
             checkpoint_interval: self.checkpoint_every,
-            out,
+            out: self.out.clone(),
         })
     }
 }
 
 /// The training of one recipe.
-pub(super) struct TrainingRun {
+struct TrainingRun {
     options: Options,
     /// Name of the training materials in messages.
     data: String,
-    pub(super) out: PathBuf,
-    pub(super) checkpoint: PathBuf,
+    out: PathBuf,
+    checkpoint: PathBuf,
     checkpoint_interval: Duration,
 }
 
 impl TrainingRun {
     /// Locks the recipe and its checkpoint.
-    pub(super) fn lock(&self) -> anyhow::Result<Lock> {
+    fn lock(&self) -> anyhow::Result<Lock> {
         Lock::of_path(&self.out)
     }
 
     /// Refuses to replace a recipe, a basis or an unfinished run, unless `force` is set. Takes and returns the result of
     /// [`Self::is_trained`].
-    pub(super) fn refuse_overwrite(
+    fn refuse_overwrite(
         &self,
         trained: anyhow::Result<bool>,
         resume: bool,
@@ -287,7 +225,7 @@ impl TrainingRun {
     ///
     /// # Errors
     /// If another file has the recipe's path.
-    pub(super) fn is_trained(&self, source_shares: &[SourceShare]) -> anyhow::Result<bool> {
+    fn is_trained(&self, source_shares: &[SourceShare]) -> anyhow::Result<bool> {
         if !self.out.exists() {
             return Ok(false);
         }
@@ -315,7 +253,7 @@ impl TrainingRun {
 
     /// Trains the recipe and writes it. Replaces existing files. Prints the sources of the training tasks, and the results of
     /// cross-validation.
-    pub(super) fn train(
+    fn train(
         &self,
         (materials, source_shares): MaterialsAndShares,
         resume: bool,

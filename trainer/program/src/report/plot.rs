@@ -316,31 +316,10 @@ mod tests {
     }
 
     #[test]
-    fn labels_axes_ticks_and_series() {
-        let svg = plot(vec![[1.0, 0.1], [8.0, 0.02], [64.0, 0.01]]).to_svg();
-        for text in [
-            "Loss &amp; samples",
-            "samples n",
-            "Glimpse",
-            ">64<",
-            ">0.05<",
-        ] {
-            assert!(svg.contains(text), "no {text:?} in {svg}");
-        }
-        assert_eq!(
-            svg.matches("<circle").count(),
-            3 + 1,
-            "three points and one legend entry"
-        );
-    }
-
-    #[test]
     fn skips_points_without_coordinates() {
         let points = vec![[1.0, 0.0], [2.0, f64::NAN], [0.0, 1.0], [4.0, 0.5]];
         let svg = plot(points).to_svg();
         assert_eq!(svg.matches("<circle").count(), 1 + 1);
-        // A logarithmic axis: 4 samples lie in the middle of their range.
-        assert!(svg.contains("cx=\"382.0\""), "{svg}");
         assert!(!plot(Vec::new()).to_svg().contains("NaN"));
     }
 

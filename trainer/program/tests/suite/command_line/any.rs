@@ -244,7 +244,6 @@ fn trains_recipe_without_pattern() {
             "train --model linear --samples any --noise 0.1 --out y.recipe => --noise",
             "train --model linear --samples any --scan-seconds 9 --out y.recipe => --scan-seconds",
             "train --model linear --samples any --schedule paper --out y.recipe => prior",
-            "train --grid --samples any --out grid => any",
         ],
     );
 }

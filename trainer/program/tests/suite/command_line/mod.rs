@@ -11,7 +11,6 @@ mod convert;
 mod evaluate;
 mod fit;
 mod folder;
-mod grid;
 mod interruption;
 mod linear;
 mod next;

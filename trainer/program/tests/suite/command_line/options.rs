@@ -8,15 +8,12 @@ fn rejects_options_without_effect() {
     let folder = Folder::new();
     let recipe = "evaluate --recipe r.recipe --test procedural:1";
     let train = "train --model phong --samples 8 --out r.recipe";
-    let small_grid = "train --grid --model phong,neural --out grid";
     let bases = "reproduce bases --out paper";
     for (command, option, value) in [
         (recipe, "--seeds", "3"),
         ("evaluate --test procedural:1", "--recipe", ""),
         (train, "--bases", "5"),
         (train, "--eta", "40"),
-        (small_grid, "--bases", "5"),
-        ("train --grid --out grid", "--resume", ""),
         (bases, "--additional", "procedural:1"),
         (bases, "--most-samples", "8"),
     ] {

@@ -185,22 +185,6 @@ fn concurrent_runs_cannot_write_same_output() {
     let message = folder.fail(long);
     assert_names(&message, &["n.recipe.checkpoint", "--resume"]);
     assert!(!message.contains(".lock"), "{message}");
-
-    let grid = "train --grid --model neural --effort long --out grid";
-    let mut first = folder.start(grid);
-    wait_for("grid/neural-n1.recipe.lock");
-    for (command, lock) in [
-        (grid, "grid/run.lock"),
-        ("reproduce bases --out grid", "grid/run.lock"),
-        (
-            "train --model neural --samples 1 --out grid/neural-n1.recipe",
-            "grid/neural-n1.recipe.lock",
-        ),
-    ] {
-        folder.fail_naming(command, &[lock]);
-    }
-    first.kill().expect("the process is killed");
-    first.wait().expect("the process ends");
 }
 
 #[test]
@@ -212,7 +196,6 @@ fn rejects_missing_parent_folder_and_file_in_its_place() {
         "render sphere procedural:1 --size 8 --out missing/s.png",
         "quickstart --out missing/deeper",
         "reproduce bases --out missing/deeper",
-        "train --grid --out missing/deeper",
         &TRAIN.replace("phong.recipe", "missing/phong.recipe"),
     ] {
         folder.fail_naming(command, &["missing"]);
@@ -230,7 +213,6 @@ fn rejects_missing_parent_folder_and_file_in_its_place() {
     for command in [
         "recipes get phong-n1",
         "quickstart",
-        "train --grid",
         "reproduce bases",
         "fit r.recipe --measurements a.csv",
     ] {

@@ -1,8 +1,5 @@
 //! Recipes that are trained for the time of a scan, and scans that end at a target loss.
 
-use std::thread;
-use std::time::Duration;
-
 use serde_json::Value;
 
 use super::shared::Shared;
@@ -66,48 +63,12 @@ fn scans_end_at_target() {
 }
 
 #[test]
-fn chooses_number_of_samples() {
-    let folder = Folder::new();
-    let train = "train --model linear --data procedural:12:3 --scan-seconds 1.4 --out x.recipe";
-    let mut child = folder.start(&format!("{train} --samples auto"));
-    // The table has a row for each number, with its seconds of motion. The long training follows.
-    let rows = loop {
-        let messages = folder.read_text("stderr");
-        let cells = messages
-            .lines()
-            .map(|line| line.split_whitespace().take(2).collect::<Vec<&str>>());
-        let rows: Vec<String> = cells
-            .skip_while(|cells| cells.first() != Some(&"n"))
-            .map(|cells| cells.join(" "))
-            .collect();
-        if rows.len() > 3 {
-            break rows;
-        }
-        let ended = child.try_wait().expect("a child process");
-        assert_eq!(ended, None, "{messages}");
-        thread::sleep(Duration::from_millis(50));
-    };
-    assert_eq!(rows[1..3], ["1 0.9", "2 0.4"]);
-    child.kill().expect("the training runs");
-    child.wait().expect("the training ended");
-
-    // A finished recipe is not trained again.
-    let [one, auto] = ["1", "auto"].map(|n| format!("{train} --effort brief --samples {n}"));
-    folder.succeed(&one);
-    folder.succeed(&format!("{auto} --resume"));
-    folder.fail_naming(&auto, &["--force"]);
-}
-
-#[test]
 fn rejects_inapplicable_options() {
     let folder = Folder::new();
     folder.add_bundled("completed/phong-n8.recipe");
     folder.fail_each(
         "train --model phong --out x.recipe --data procedural:2",
         &[
-            "-n auto => --scan-seconds",
-            "-n auto --scan-seconds 9 --effort quick => --effort",
-            "-n auto --scan-seconds 0.5 => --scan-seconds",
             "-n 4 --speed 10 => --scan-seconds",
             "-n 4 --settle 1 => --scan-seconds",
             "-n 4 --scan-seconds 5 --schedule paper => --scan-seconds",

@@ -1,7 +1,6 @@
 //! Tests of the options.
 
 use std::collections::HashSet;
-use std::time::Duration;
 
 use super::*;
 use glimpse_materials::Source;
@@ -72,34 +71,6 @@ fn effective_options_change_digest() {
         })
         .collect();
     assert_eq!(digests.len(), changes.len());
-}
-
-#[test]
-fn ineffective_options_keep_digest() {
-    let changes: [(ModelKind, Schedule, Change); 5] = [
-        (ModelKind::Linear, Schedule::Prior, |_| {}),
-        (ModelKind::Phong, Schedule::Prior, |o| {
-            o.prior.components = 6;
-        }),
-        (ModelKind::Linear, Schedule::Prior, |o| {
-            o.prior.eta = 41.0;
-        }),
-        (ModelKind::Linear, Schedule::Paper, |o| {
-            o.completion_options.noise = 0.02;
-        }),
-        (ModelKind::Phong, Schedule::Prior, |o| {
-            o.checkpoints = Some(CheckpointOptions {
-                directory: "elsewhere".into(),
-                interval: Duration::ZERO,
-                resume: true,
-            });
-        }),
-    ];
-    for (model, schedule, change) in changes {
-        let mut changed = options(model, schedule);
-        change(&mut changed);
-        assert_eq!(changed.digest(), options(model, schedule).digest());
-    }
 }
 
 #[test]
