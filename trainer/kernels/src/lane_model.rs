@@ -65,7 +65,7 @@ lane_model! {
     }
     /// Calls [`InnerLoop::fit`].
     fn fit(inner_loop: &InnerLoop<Self, f32>, samples: &SampleOctets<'_>) -> Self::Parameters<f32> {
-        inner_loop.fit(samples)
+        inner_loop.fit(&SharedList::<Self> { samples, crew: None })
     }
     /// Calls [`GaussNewton::fit`].
     fn take_steps(
@@ -99,23 +99,6 @@ lane_model! {
             let inner: Vec<_> = inner.iter().collect();
             meta_gradient.compute(inner_loop, &inner, &share(outer), derivatives)
         })
-    }
-}
-
-impl<M: LaneModel> SampleList<M, f32> for SampleOctets<'_> {
-    type Derivatives = SampleGradient<Octet>;
-
-    fn gradient(&self, theta: &M::Parameters<f32>, gradient: &mut M::Parameters<f32>) -> f32 {
-        M::gradient(theta, self, gradient)
-    }
-
-    fn product(
-        &self,
-        theta: &M::Parameters<Dual<f32>>,
-        product: &mut M::Parameters<f32>,
-        derivatives: Option<&mut [SampleGradient<Octet>]>,
-    ) {
-        M::product(theta, self, product, derivatives);
     }
 }
 

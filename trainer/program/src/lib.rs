@@ -80,7 +80,6 @@ enum Command {
     Reproduce(commands::reproduce::Reproduce),
     VirtualScanner(commands::virtual_scanner::VirtualScanner),
     Bench(commands::bench::Bench),
-    Completion(commands::shell_completion::ShellCompletion),
 }
 
 /// Runs the command line of this process.
@@ -115,7 +114,6 @@ pub fn run() -> ExitCode {
         Command::Reproduce(command) => command.run(common.seed),
         Command::VirtualScanner(command) => command.run(common.seed),
         Command::Bench(command) => command.run(),
-        Command::Completion(command) => command.run(&mut Cli::command()),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -30,8 +30,7 @@ use serde_json::{Value, json};
 ///
 /// `completion` has these keys; m is the number of its coefficients, and h that of hidden units:
 /// - `components`: m.
-/// - `takes_missing`: true if readings may be missing.
-/// - `gain`: true if the remaining readings are multiplied by a factor when others are missing.
+/// - `takes_missing`: true if readings may be missing; the remaining ones are then multiplied by a factor.
 /// - `scale`: the factor of the centered inputs.
 /// - `readings`: for each sample, the weights `own`, `mean` and `missing` (m + h each).
 /// - `bias` (m + h).
@@ -152,7 +151,6 @@ fn completion(net: &Net<'_>) -> Value {
     json!({
         "components": weights.components,
         "takes_missing": net.missing() != MissingPolicy::AllRequired,
-        "gain": net.missing() == MissingPolicy::Scaled,
         "scale": net.scale,
         "readings": samples,
         "bias": floats(weights.bias),

@@ -27,7 +27,6 @@ pub(crate) mod quickstart;
 pub(crate) mod recipes;
 pub(crate) mod render;
 pub(crate) mod reproduce;
-pub(crate) mod shell_completion;
 pub(crate) mod train;
 mod training_overlap;
 pub(crate) mod virtual_scanner;

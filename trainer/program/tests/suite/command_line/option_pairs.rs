@@ -43,7 +43,7 @@ const PERMISSIONS: [&str; 5] = [
     "--accept-implausible",
 ];
 /// Commands without pairs of options that can be compared. `bench` prints times, `virtual-scanner` waits for a device,
-/// `quickstart`, `recipes` and `completion` have one option. An experiment takes minutes. The options of a training are compared
+/// `quickstart` and `recipes` have one option. An experiment takes minutes. The options of a training are compared
 /// by `each_option_changes_the_training_or_is_refused_beside_each_other`.
 const OTHERS: [&str; 7] = [
     "bench",

@@ -48,19 +48,3 @@ fn errors_state_number_ranges() {
     folder.fail_naming("reproduce curves --seeds 0", &["--seeds", "0", "1"]);
     assert_is_empty(&folder);
 }
-
-#[test]
-fn completion_scripts_contain_commands() {
-    let folder = Folder::new();
-    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let script = folder.succeed(&format!("completion {shell}"));
-        for word in [
-            "trainer",
-            "virtual-scanner",
-            "reproduce",
-            "checkpoint-every",
-        ] {
-            assert!(script.contains(word), "no {word} for {shell}");
-        }
-    }
-}

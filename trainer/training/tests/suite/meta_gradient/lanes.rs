@@ -1,9 +1,11 @@
 //! Comparison of the meta-gradient on f32 lanes with that in f64.
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_core::model::{CookTorrance, Model, Neural, Phong, Sample, SampleGradient};
+use glimpse_core::model::{
+    CookTorrance, Model, Neural, ParameterSet, Phong, Sample, SampleGradient,
+};
 use glimpse_kernels::LaneModel;
-use glimpse_kernels::inner_loop::InnerLoop;
+use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient};
 use glimpse_kernels::lanes::{InstructionSet, Lanes, MAX_OCTETS, Octet, PortableLanes, WIDTH};
 use glimpse_kernels::samples::SampleOctets;
 use glimpse_materials::sampling::sobol_valid;
@@ -198,6 +200,23 @@ fn with_instruction_set(
     }
 }
 
+/// Computes the meta-gradient as training does. `by_samples` is empty to omit the gradient with respect to the samples.
+fn on_lanes<M: LaneModel>(
+    inner_loop: &InnerLoop<M, f32>,
+    inner: &[SampleOctets<'_>],
+    outer: &SampleOctets<'_>,
+    mut by_samples: Vec<SampleGradient<Octet>>,
+) -> LossGradient<f32, SampleGradient<Octet>> {
+    let mut gradient = MetaGradient::default();
+    let derivatives = Some(&mut by_samples[..]).filter(|derivatives| !derivatives.is_empty());
+    LossGradient {
+        loss: M::meta_gradient(&mut gradient, inner_loop, inner, outer, derivatives),
+        initial: gradient.initial.as_slice().to_vec(),
+        step_sizes: gradient.step_sizes.as_slice().to_vec(),
+        samples: by_samples,
+    }
+}
+
 fn compare_patterns<M: LaneModel>() {
     for instruction_set in instruction_sets() {
         let mut distances = Distances::default();
@@ -225,8 +244,7 @@ fn compare_patterns<M: LaneModel>() {
                 .map(|samples| with_instruction_set(instruction_set, samples));
             let exact = exact::<M>(&setting, &[unpack(&inner)], &unpack(&outer));
             let inner_loop = setting.inner_loop::<M>();
-            let actual =
-                LossGradient::compute(&inner_loop, &[&inner], &outer, inner.zero_derivatives());
+            let actual = on_lanes(&inner_loop, &[inner], &outer, inner.zero_derivatives());
             distances.check(&actual, &exact);
         }
         distances.report(&format!(
@@ -254,8 +272,7 @@ fn compare_draws<M: LaneModel>() {
                 .collect();
             let samples: Vec<_> = lists.iter().map(unpack).collect();
             let inner_loop = setting.inner_loop::<M>();
-            let inner: Vec<_> = lists.iter().collect();
-            let actual = LossGradient::compute(&inner_loop, &inner, &outer, Vec::new());
+            let actual = on_lanes(&inner_loop, &lists, &outer, Vec::new());
             let exact = exact::<M>(&setting, &samples, &unpack(&outer));
             distances.check(&actual, &exact);
         }
