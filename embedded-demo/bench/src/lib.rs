@@ -5,7 +5,6 @@
 
 #![no_std]
 
-#[cfg(all(not(target_os = "none"), feature = "libm"))]
 #[cfg(target_os = "none")]
 pub mod machine;
 #[cfg(target_os = "none")]
