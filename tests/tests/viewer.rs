@@ -1,5 +1,5 @@
 //! The module in pages of `trainer render view` computes the same numbers as core on the host. `GLIMPSE_BUILT_WASM` is
-//! the path of another module to check instead; `tests/run firmware` sets it to the module that it built.
+//! the path of another module to check instead; `tests/run targets` sets it to the module that it built.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

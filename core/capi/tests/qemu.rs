@@ -1,6 +1,6 @@
 //! Tests of the C examples on microcontrollers: compiled by Arm's compiler, run in QEMU, with the same bits as Rust.
 //!
-//! `tests/run firmware` builds the libraries for linking.
+//! `tests/run targets` builds the libraries for linking.
 
 #![allow(clippy::arithmetic_side_effects, clippy::unwrap_used)]
 
@@ -47,7 +47,7 @@ fn examples_match_core_in_qemu() {
             .join("release/libglimpse.a");
         assert!(
             library.exists(),
-            "{} does not exist: build it with `tests/run firmware`",
+            "{} does not exist: build it with `tests/run targets`",
             library.display()
         );
         let library = library.display().to_string();

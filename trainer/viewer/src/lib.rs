@@ -1,7 +1,7 @@
 //! An interactive web page that fits BRDFs in the browser with `glimpse-core`.
 //!
 //! The user moves light and camera and changes readings; the page repeats the fit. `tests/run wasm` compiles
-//! `glimpse.wasm` from `trainer/viewer/wasm`. `tests/run firmware` builds it again and compares the results of both
+//! `glimpse.wasm` from `trainer/viewer/wasm`. `tests/run targets` builds it again and compares the results of both
 //! modules with those of core on the host.
 
 mod data;
