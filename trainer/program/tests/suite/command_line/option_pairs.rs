@@ -45,9 +45,8 @@ const PERMISSIONS: [&str; 5] = [
 /// Commands without pairs of options that can be compared. `bench` prints times, `virtual-scanner` waits for a device,
 /// `quickstart` and `recipes` have one option. An experiment takes minutes. The options of a training are compared
 /// by `each_option_changes_the_training_or_is_refused_beside_each_other`.
-const OTHERS: [&str; 7] = [
+const OTHERS: [&str; 6] = [
     "bench",
-    "completion",
     "quickstart",
     "recipes",
     "reproduce",
