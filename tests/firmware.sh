@@ -76,7 +76,7 @@ start_builds() {
     build_board > "$builds_output" 2>&1 < /dev/null &
     builds=$!
     set +m
-    trap 'kill -- -$builds 2> /dev/null; rm -f "$builds_output"' EXIT
+    trap 'kill -- -$builds 2> /dev/null || true; rm -f "$builds_output"' EXIT
 }
 
 # Waits for the builds, and prints their output once.
