@@ -13,7 +13,7 @@ use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{Brdf, Material, Procedural};
+use glimpse_materials::{Brdf, Procedural};
 use glimpse_training::linear::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
 use glimpse_viewer::WASM;
 use wasmi::{Engine, Instance, Linker, Memory, Module, Store, WasmParams, WasmResults};
