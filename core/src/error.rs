@@ -82,6 +82,8 @@ impl core::fmt::Display for Error {
                 Format::Checksum => write!(f, "{separator}{label}: {value:08x}"),
                 Format::Model => write!(f, "{separator}{label}: {}", name(&MODELS)),
                 Format::Arm => write!(f, "{separator}{label}: {}", name(&ARMS)),
+                Format::Signed => write!(f, "{separator}{label}: {}", value.cast_signed()),
+                Format::Axis => write!(f, "{separator}{label}: {}", name(&AXES)),
                 Format::Angle => {
                     let degrees = Decimal(f32::from_bits(value).to_degrees());
                     write!(f, "{separator}{label}: {degrees} degrees")
@@ -105,6 +107,10 @@ enum Format {
     Model,
     /// The number of an arm.
     Arm,
+    /// The number of an axis.
+    Axis,
+    /// The bits of an i32.
+    Signed,
     /// The bits of an f32 in radians.
     Angle,
 }
@@ -113,6 +119,13 @@ enum Format {
 const MODELS: [&str; 4] = ["phong", "neural", "cook-torrance", "linear"];
 /// The arms' names by number.
 const ARMS: [&str; 2] = ["light", "sensor"];
+/// The axes' names by number.
+const AXES: [&str; 4] = [
+    "theta_i (lamp)",
+    "phi_i (lamp)",
+    "theta_o (sensor)",
+    "phi_o (sensor)",
+];
 
 /// A number from 0 to 4 million, formatted with three decimals. Other numbers are clamped.
 ///
@@ -260,6 +273,13 @@ error_codes! {
     DeadBlue = 88, "the blue channel reads 0 while others do not: check its filter and amplifier";
     Albedo = 89, "the material reflects several times the light it receives: the readings may be percent, pi times the BRDF, or not divided by the white reading";
     Residual = 90, "the fit explains its readings far worse than expected: check alignment, units and the sensor";
+    RoomLight = 92, "the readings with the lamp off are too large a part of those with it: darken the room, or read the dark again",
+        Number "per mille of the mean reading";
+    Drift = 93, "the sample read again at the end differs: let the lamp warm up, keep the room light constant, and check the axes",
+        Number "sample", Number "per mille of the first reading";
+    Saturated = 94, "too many readings are saturated: reduce the exposure of white and sample",
+        Number "readings";
+    Restored = 95, "all readings are from before a restart of the device: if the material has changed since, scan it again";
     ImplausibleOther = 91, "the fit is implausible for a reason that this version does not know: update the host";
 
     Machine = 96, "the device's own arms or sensor failed: see its log";
@@ -297,11 +317,45 @@ error_codes! {
     TileSpread = 122, "the tile's readings scatter about every known quantity: average more of them, and check for stray light",
         Number "per cent";
     TileAmbiguous = 123, "more than one quantity explains the tile's readings: spread theta_i and theta_o independently over 0 to 60 degrees, or average more readings";
+    TileOther = 124, "the tile's readings are not the BRDF: check the larger spot, and the steps per radian of the polar axes",
+        Number "quantity, 1: times cos(theta_i), 2: times cos(theta_o)";
+
+    Stopped = 128, "the operator stopped the arms: go on with a command";
+    LostSteps = 129, "steps were lost between two homings: check current, speed and bearings, and read the samples again",
+        Axis "axis", Signed "steps";
+    SwitchOpened = 130, "the home switch opened away from home: check its contact, and the axis for lost steps",
+        Axis "axis", Signed "steps from home";
+    SwitchStuck = 131, "the home switch stays open while the axis leaves it: check its wiring (normally closed) and the motor's supply",
+        Axis "axis";
+    SwitchNotFound = 132, "the home switch did not open within the travel: check the motor's supply and the switch; then reset the device",
+        Axis "axis";
+    SwitchBounces = 133, "the home switch's contact never settles: check its plug and the cable's shield",
+        Axis "axis";
+    Pin = 134, "a pin of the axis returned an error: check its configuration",
+        Axis "axis";
+    NotHomed = 135, "the arms have to be homed before a move: home them";
+    Moving = 136, "the arms are moving: wait until they rest";
+    NoSafeRoute = 137, "no route keeps lamp and sensor apart: check `min_separation`, and the limits of the azimuths";
+    AxisReach = 138, "the angle is out of the axis's reach: check its limits, and those of the recipe",
+        Axis "axis", Angle "angle";
+    AxisSettings = 139, "a field of the axis's settings is out of range: see its documentation",
+        Axis "axis";
+    HomeTooClose = 140, "lamp and sensor come closer than `min_separation` while they are homed: move a home switch";
+    Scale = 141, "the far switch is not at its angle: check microsteps, gear and `steps_per_radian`",
+        Axis "axis", Signed "steps from there";
+    Direction = 142, "the home switch did not open within 5 degrees of the first move: turn the arm onto its switch by hand with the power off; if it is there, change `reversed`",
+        Axis "axis";
+    Sensor = 144, "the sensor does not answer: check its wiring and supply";
+    SensorReset = 145, "the sensor has lost its settings, or has no valid counts: check its supply";
+    SensorStuck = 146, "the sensor's counts stay the same, bit for bit, at different directions: check the sensor";
+    LampStuck = 147, "the counts with the lamp off are too large: check the lamp's switch, and darken the room",
+        Number "counts";
+    NotCalibrated = 148, "the device has no calibration: put the white tile on the sample's place, and hold the button";
 }
 
 impl ErrorCode {
     pub(crate) const fn is_implausible(self) -> bool {
-        matches!(self as u16, 84..=91)
+        matches!(self as u16, 84..=95)
     }
 
     pub(crate) const fn is_refusal(self) -> bool {
