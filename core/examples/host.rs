@@ -7,7 +7,7 @@ use common::material;
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::Reading;
-use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Reply, Request, Server};
+use glimpse_core::link::{FRAME_BYTES, HostEnd, PROTOCOL, Purpose, Reply, Request};
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::{Recipe, memory_words};
 use glimpse_core::scan::{Residual, Scan};
@@ -30,7 +30,7 @@ impl Line {
 /// A host that serves one scan.
 #[derive(Default)]
 pub(crate) struct Computer {
-    server: Server,
+    end: HostEnd,
     /// Fitted values received from the device.
     pub(crate) values: Vec<f32>,
     /// Number of movements of the arms.
@@ -41,7 +41,7 @@ impl Computer {
     /// Receives a byte and returns the reply's bytes, if there is a reply.
     fn receive<'b>(&mut self, byte: u8, buffer: &'b mut [u8; FRAME_BYTES]) -> Option<&'b [u8]> {
         let Self {
-            server,
+            end,
             values,
             readings,
         } = self;
@@ -50,20 +50,25 @@ impl Computer {
                 values.clear();
                 Reply::Welcome { protocol: PROTOCOL }
             }
-            Request::Measure { index, directions } => {
+            Request::Measure {
+                purpose,
+                index,
+                directions,
+            } => {
                 *readings += 1;
-                let reading = Reading::new(material(&directions));
+                let lamp = if purpose == Purpose::Dark { 0.0 } else { 1.0 };
+                let reading = Reading::new(material(&directions).map(|brdf| lamp * brdf));
                 Reply::Measured { index, reading }
             }
             // This host does not remember earlier scans.
-            Request::Saved { .. } => Reply::Refused(ErrorCode::RefusedSaved),
+            Request::Restored { .. } => Reply::Refused(ErrorCode::RefusedRestored),
             Request::Values { values: new, .. } => {
-                values.extend_from_slice(new.as_slice());
+                values.extend_from_slice(&new);
                 Reply::Accepted
             }
             _ => Reply::Accepted,
         };
-        server.answer(byte, buffer, |request| Some(respond(request)))
+        end.answer(byte, buffer, |request| Some(respond(request)))
     }
 }
 
@@ -87,7 +92,7 @@ pub(crate) fn scan(
     for now_ms in 0_u32.. {
         match driver.poll(now_ms.into()) {
             Action::Finished(residual) => {
-                let fitted = driver.scan()?.fitted();
+                let fitted = driver.scan().fitted();
                 result = fitted.map(|fitted| (residual, fitted.values().collect(), now_ms));
             }
             // The host has the result. (This device saves no readings for resets.)

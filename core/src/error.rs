@@ -58,11 +58,6 @@ impl Error {
     pub const fn is_implausible(&self) -> bool {
         self.code.is_implausible()
     }
-
-    /// Returns true if a recipe is damaged or for another firmware.
-    pub(crate) const fn is_unusable_recipe(&self) -> bool {
-        matches!(self.code as u16, 32..=51)
-    }
 }
 
 impl core::fmt::Display for Error {
@@ -206,9 +201,7 @@ error_codes! {
     Unfinished = 20, "the fit is not complete: advance it until all units are done",
         Number "units done", Number "units in all";
     NotScanning = 22, "the scan is finished, has failed, or does not exist: resume or restart it before readings";
-    SavedDamaged = 23, "no intact readings are saved: read all samples";
-    SavedRecipe = 24, "the saved readings belong to another recipe: read all samples",
-        Checksum "its checksum";
+    StoreLayout = 23, "the store's areas are too small, beyond the flash, or not whole sectors: change the layout";
     WhiteNotBrighter = 25, "the white is not brighter than dark: check the lamp, and the order of both",
         Number "channel";
     WhiteReflectance = 26, "the white's reflectance is not above 0 and at most 2: give a fraction, not per cent",
@@ -273,12 +266,9 @@ error_codes! {
     DeadBlue = 88, "the blue channel reads 0 while others do not: check its filter and amplifier";
     Albedo = 89, "the material reflects several times the light it receives: the readings may be percent, pi times the BRDF, or not divided by the white reading";
     Residual = 90, "the fit explains its readings far worse than expected: check alignment, units and the sensor";
-    RoomLight = 92, "the readings with the lamp off are too large a part of those with it: darken the room, or read the dark again",
-        Number "per mille of the mean reading";
-    Drift = 93, "the sample read again at the end differs: let the lamp warm up, keep the room light constant, and check the axes",
-        Number "sample", Number "per mille of the first reading";
-    Saturated = 94, "too many readings are saturated: reduce the exposure of white and sample",
-        Number "readings";
+    RoomLight = 92, "the readings with the lamp off are too large a part of those with it: darken the room, or read the dark again";
+    Drift = 93, "the sample read again at the end differs: let the lamp warm up, keep the room light constant, and check the axes";
+    Saturated = 94, "too many readings are saturated: reduce the exposure of white and sample";
     Restored = 95, "all readings are from before a restart of the device: if the material has changed since, scan it again";
     ImplausibleOther = 91, "the fit is implausible for a reason that this version does not know: update the host";
 
@@ -290,13 +280,13 @@ error_codes! {
     RefusedDirections = 100, "the host refused because it cannot reach these directions: train within its limits";
     RefusedValues = 101, "the host refused because the model has another number of values: update the device or the host";
     RefusedModel = 102, "the host refused because it does not support this model: use another recipe";
-    RefusedSaved = 103, "the host refused because it has not sent this reading: read all samples again";
+    RefusedRestored = 103, "the host refused because it has not sent this reading: read all samples again";
     RefusedRecipe = 104, "the host refused because this is not the recipe that it offered: fetch it again";
     OutOfReach = 105, "samples of the recipe are out of reach: train within the machine's limits",
         Number "first sample", Number "samples";
     RefusedRequest = 106, "the host refused because it does not support this request: update the host";
     RefusedOther = 107, "the host refused for a reason that the device does not know: see the host's log";
-    Storage = 108, "the device could not store the recipe: check its flash";
+    Storage = 108, "the flash could not be read, written or erased: check the layout's offset";
     FrameTooLong = 109, "the frame, or a list in it, is too long: use a buffer of `FRAME_BYTES`, and shorter lists";
     FrameDamaged = 110, "the frame was cut or altered in transit: ignore it, because the device sends it again";
     FrameUnknown = 111, "the frame holds an unknown message: compare the protocol versions";
@@ -356,6 +346,11 @@ error_codes! {
 impl ErrorCode {
     pub(crate) const fn is_implausible(self) -> bool {
         matches!(self as u16, 84..=95)
+    }
+
+    /// Returns true if the device's own arms, sensor or operator caused the error.
+    pub(crate) const fn is_machine(self) -> bool {
+        matches!(self as u16, 96 | 128..=159)
     }
 
     pub(crate) const fn is_refusal(self) -> bool {

@@ -33,7 +33,7 @@ macro_rules! internal {
 
 // From the bottom up: a module imports only from modules earlier in this list.
 //
-// checksum, error, geometry, numeric, model, fit, gonio, recipe, scan, link, driver
+// checksum, error, geometry, numeric, model, fit, gonio, recipe, scan, store, link, driver
 #[deny(clippy::arithmetic_side_effects)]
 pub mod checksum;
 #[deny(clippy::arithmetic_side_effects)]
@@ -53,3 +53,5 @@ pub mod recipe;
 #[deny(clippy::arithmetic_side_effects)]
 pub mod scan;
 internal! { mod section }
+#[deny(clippy::arithmetic_side_effects)]
+pub mod store;

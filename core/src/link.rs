@@ -10,10 +10,8 @@
 //! | request | reply |
 //! |---|---|
 //! | [`Request::Hello`] begins a scan | [`Reply::Welcome`] |
-//! | [`Request::Update`], from a device that can store a recipe | [`Reply::Recipe`] or [`Reply::Accepted`] |
-//! | [`Request::RecipePart`], until the device has the whole recipe | [`Reply::RecipePart`] |
-//! | [`Request::Saved`], for each reading that survived a reset of the device | [`Reply::Accepted`] |
-//! | [`Request::Measure`], for each sample of the recipe's pattern | [`Reply::Measured`], [`Reply::Skip`] or [`Reply::FinishEarly`] |
+//! | [`Request::Restored`], for each reading that survived a reset of the device | [`Reply::Accepted`] |
+//! | [`Request::Measure`], for each reading | [`Reply::Measured`], [`Reply::Skip`] or [`Reply::FinishEarly`] |
 //! | [`Request::Progress`], after each slice of the fit | [`Reply::Accepted`] |
 //! | [`Request::Values`], until all values are sent | [`Reply::Accepted`] |
 //! | [`Request::Finished`] ends the scan | [`Reply::Accepted`] |
@@ -21,35 +19,35 @@
 //!
 //! A host may refuse any request with [`Reply::Refused`].
 //!
-//! [`Client`] is the device's side and [`Server`] the host's; both receive bytes one by one. A
+//! [`DeviceEnd`] and [`HostEnd`] are its two ends; both receive bytes one by one. A
 //! [`Driver`](crate::driver::Driver) is a complete device. `examples/host.rs` implements both ends.
 //!
 //! ```
-//! use glimpse_core::link::{Client, FRAME_BYTES, Reply, Request, Server};
+//! use glimpse_core::error::{Error, ErrorCode};
+//! use glimpse_core::link::{DeviceEnd, FRAME_BYTES, Reply, Request, HostEnd};
 //!
-//! let (mut device, mut host) = (Client::new(0), Server::new());
+//! let (mut device, mut host) = (DeviceEnd::new(0), HostEnd::new());
 //! let (mut request, mut reply) = ([0; FRAME_BYTES], [0; FRAME_BYTES]);
 //!
-//! for byte in device.request(&Request::Update, &mut request)? {
+//! let failed = Request::Failed(Error::new(ErrorCode::Machine).into());
+//! for byte in device.request(&failed, &mut request)? {
 //!     // None before the end of the frame.
 //!     if let Some(frame) = host.answer(*byte, &mut reply, |_| Some(Reply::Accepted)) {
-//!         let mut replies = frame.iter().filter_map(|byte| device.receive(*byte, &Request::Update));
+//!         let mut replies = frame.iter().filter_map(|byte| device.receive(*byte, &failed));
 //!         assert_eq!(replies.next(), Some(Reply::Accepted));
 //!     }
 //! }
-//! # Ok::<(), glimpse_core::error::Error>(())
+//! # Ok::<(), Error>(())
 //! ```
 
 mod conversation;
 mod failure;
 mod frame;
 mod limits;
-mod list;
 mod message;
 
-pub use conversation::{Client, Received, Server};
+pub use conversation::{DeviceEnd, HostEnd, Received};
 pub use failure::FailureReport;
 pub use frame::{FRAME_BYTES, FrameReader, encode};
-pub use limits::{BYTES_PER_FRAME, VALUES_PER_FRAME};
-pub use list::{List, RecipeBytes, Values};
-pub use message::{PROTOCOL, Reply, Request};
+pub use limits::{VALUES_PER_FRAME, Values};
+pub use message::{PROTOCOL, Purpose, Reply, Request};

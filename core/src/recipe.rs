@@ -11,7 +11,7 @@ mod header;
 
 internal! { contents::{Contents, METADATA, Pattern} }
 internal! { header::{HEADER_BYTES, MAGIC, SECTIONS_START, VERSION} }
-pub use header::{max_samples, memory_words};
+pub use header::memory_words;
 
 use crate::error::{Error, ErrorCode};
 use crate::fit::Estimator;

@@ -2,22 +2,22 @@
 //! the firmware owns motors, sensor and time.
 //!
 //! Each state has a type: a [`Scan`] records readings, a [`Fit`] is in progress, and a [`Fitted`] material evaluates
-//! the BRDF. All data is in the caller's memory, which another scan can use afterwards. [`Saved`] readings survive a
-//! reset.
+//! the BRDF. All data is in the caller's memory, which another scan can use afterwards. In a
+//! [`store`](crate::store), readings survive a reset.
 
+mod evidence;
 mod fit;
 mod memory;
 mod plausibility;
 mod reading;
 mod residual;
-mod saved;
 mod stage;
 mod status;
 
+pub use evidence::{Evidence, EvidenceLimits};
 pub use fit::{Fit, Fitted};
 pub use reading::Recorded;
 pub use residual::Residual;
-pub use saved::Saved;
 
 use core::marker::PhantomData;
 
@@ -258,7 +258,7 @@ impl<'a, K: ScanModel> Scan<'a, K> {
         }
     }
 
-    /// Marks the reading of a sample as not saved.
+    /// Marks a sample as not saved.
     pub(crate) fn mark_unsaved(&mut self, index: u16) {
         let (slots, _) = self.parts();
         if let Some(slot) = slots.get_mut(usize::from(index)) {
@@ -266,13 +266,55 @@ impl<'a, K: ScanModel> Scan<'a, K> {
         }
     }
 
-    /// Returns the first reading that is not saved, and marks it as saved.
-    pub(crate) fn take_unsaved(&mut self) -> Option<(u16, Reading)> {
+    /// Returns the first sample that is not saved, with its reading, or None if it was skipped. Marks it as saved.
+    pub(crate) fn take_unsaved(&mut self) -> Option<(u16, Option<Reading>)> {
         let (slots, _) = self.parts();
         let mut slots = (0..).zip(slots.iter_mut());
         let (index, slot) = slots.find(|(_, slot)| Status::of(slot).is_unsaved())?;
         Status::of(slot).unsaved(false).put(slot);
-        Some((index, self.reading(index)?))
+        Some((index, self.reading(index)))
+    }
+
+    /// Number of samples with a reading.
+    pub(crate) fn recorded(&self) -> u16 {
+        let read = self
+            .slots()
+            .iter()
+            .filter(|slot| Status::of(slot).is_read());
+        read.count() as u16 // at most MAX_SAMPLES
+    }
+
+    /// Checks a reading that is not recorded.
+    ///
+    /// # Errors
+    /// Fails like [`Scan::record`].
+    pub(crate) fn check(&self, index: u16, reading: Reading) -> Result<(), Error> {
+        let samples = self.recipe.samples();
+        match usize::from(index) < samples {
+            true => reading.check(index),
+            false => Err(reading::index_error(index, samples)),
+        }
+    }
+
+    /// The mean over channels and readings of the samples, sr^-1, at least 0. Readings below 0 count as 0.
+    pub(crate) fn mean_reading(&self) -> f32 {
+        let read = self
+            .slots()
+            .iter()
+            .filter(|slot| Status::of(slot).is_read());
+        let sum = read
+            .flat_map(measured_brdf)
+            .filter(|value| *value > 0.0)
+            .sum::<f32>();
+        sum / (3.0 * f32::from(self.recorded().max(1)))
+    }
+
+    /// Adds the evidence of the scan to the residual of its fit.
+    pub(crate) fn add_evidence(&mut self, evidence: Evidence, limits: EvidenceLimits) {
+        let recorded = self.recorded();
+        if let Stage::Fitted { residual, .. } = &mut self.stage {
+            *residual = residual.with_evidence(evidence, limits, recorded);
+        }
     }
 
     /// Begins a fit of all readings. It discards an earlier fit, finished or not.

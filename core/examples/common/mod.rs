@@ -1,8 +1,12 @@
-//! A simulated material for the examples.
+//! A simulated material and flash for the examples.
+
+#![allow(dead_code)] // each example uses a part
 
 use std::f32::consts::FRAC_1_PI;
 
 use glimpse_core::geometry::Directions;
+
+pub(crate) mod flash;
 
 /// Returns the BRDF of a synthetic red lacquer: linear RGB, sr^-1, not times the cosine.
 pub(crate) fn material(directions: &Directions<f32>) -> [f32; 3] {

@@ -1,6 +1,8 @@
 //! Untrusted bytes on the link: both ends receive them without a panic, and the host answers every intact request.
 
-use glimpse_core::link::{Client, FRAME_BYTES, PROTOCOL, Received, Reply, Request, Server, encode};
+use glimpse_core::link::{
+    DeviceEnd, FRAME_BYTES, HostEnd, PROTOCOL, Received, Reply, Request, encode,
+};
 use glimpse_core::model::ModelKind;
 
 const HELLO: Request = Request::Hello {
@@ -13,8 +15,8 @@ const HELLO: Request = Request::Hello {
 /// Checks one input.
 pub fn check(bytes: &[u8]) {
     let mut frame = [0; FRAME_BYTES];
-    let mut device = Client::new(0);
-    let mut host = Server::new();
+    let mut device = DeviceEnd::new(0);
+    let mut host = HostEnd::new();
     let _ = device.request(&HELLO, &mut frame);
     for byte in bytes {
         let _ = device.receive(*byte, &HELLO);

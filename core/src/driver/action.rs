@@ -7,10 +7,12 @@ use crate::error::Error;
 use crate::error::ErrorCode;
 use crate::geometry::Directions;
 use crate::gonio::Reading;
-use crate::link::RecipeBytes;
+use crate::link::Purpose;
 use crate::scan::Residual;
 #[cfg(doc)]
-use crate::scan::{Saved, Scan};
+use crate::scan::Scan;
+#[cfg(doc)]
+use crate::store::Store;
 
 /// The next action of the firmware. All but [`Action::Measure`] and [`Action::Wait`] are returned once. Ignore unknown
 /// actions.
@@ -26,39 +28,25 @@ pub enum Action {
     /// [`Driver::skip`]. If arms or sensor failed, call [`Driver::fail`]. The driver repeats this action until one of
     /// these calls.
     ///
-    /// The sample is the first pending one in the pattern's order. The firmware may read any other of [`Scan::pending`]
-    /// instead.
+    /// Of [`Purpose::Sample`], the sample is the first pending one in the pattern's order. The firmware may read any other
+    /// of [`Scan::pending`] instead.
     Measure {
+        /// The purpose. Switch the lamp off for [`Purpose::Dark`].
+        purpose: Purpose,
         /// Index of the sample in the recipe's pattern.
         index: u16,
         /// Directions of light and sensor.
         directions: Directions<f32>,
     },
-    /// Save this reading in memory that survives a reset. [`Saved::write`] saves all readings of the scan.
+    /// Save this reading in memory that survives a reset. [`Store::save`] does this.
     Save {
         /// Index of the sample in the recipe's pattern.
         index: u16,
-        /// The reading.
-        reading: Reading,
+        /// The reading; None if the sample was skipped.
+        reading: Option<Reading>,
     },
     /// Delete all saved readings. If this fails, try again before the next scan: a reset would restore them.
     Forget,
-    /// Write these bytes of a new recipe, without overwriting the current one. If this fails, call [`Driver::fail`] with
-    /// [`ErrorCode::Storage`].
-    Store {
-        /// Position of the bytes in the recipe. Position 0 starts another recipe.
-        offset: u32,
-        /// The bytes.
-        bytes: RecipeBytes,
-    },
-    /// The new recipe is stored. Parse it before the next poll. If it is valid, use it from now on with a new scan and a
-    /// new driver. Otherwise call [`Driver::fail`] with the reason.
-    Install {
-        /// Length of the recipe in bytes.
-        bytes: u32,
-        /// The checksum that its header should have.
-        checksum: u32,
-    },
     /// The fit is complete. It may be implausible: check [`Residual::implausible`] first. [`Scan::fitted`] has the
     /// material until the next scan.
     ///

@@ -3,6 +3,7 @@
 #[cfg(doc)]
 use crate::error::ErrorCode;
 use crate::gonio::Machine;
+use crate::scan::EvidenceLimits;
 
 /// The role of the host, at the other end of the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,7 +36,7 @@ pub struct Config {
     /// The machine that measures: its reach, and the axes that it lacks. The driver skips samples out of reach if the
     /// recipe tolerates missing readings. Otherwise the scan fails before any move. None: every sample is within reach.
     pub machine: Option<Machine>,
-    /// The seed of the [sequence numbers](crate::link::Client::new). It must differ from the seeds of all earlier
+    /// The seed of the [sequence numbers](crate::link::DeviceEnd::new). It must differ from the seeds of all earlier
     /// drivers of this device: a boot counter, a random number, or the value of a free-running timer. Unused with
     /// [`Host::Absent`].
     pub sequence_seed: u32,
@@ -51,9 +52,8 @@ pub struct Config {
     /// Number of invalid readings of a sample after which the driver skips it, or fails if the recipe needs every
     /// reading. 0 counts as 1.
     pub attempts: u8,
-    /// Size of the largest recipe that the device can store, in bytes. 0: the device stores no recipe and requests
-    /// none.
-    pub recipe_bytes: u32,
+    /// The limits of room light, drift and saturation. With [`EvidenceLimits::NONE`], only the samples are read.
+    pub limits: EvidenceLimits,
     /// The loss, above 0, at which a scan stops before all samples are read. After each reading, also after restored
     /// ones, the driver fits the readings that it has. If the [bound of the loss](crate::scan::Fitted::loss_bound) is
     /// at most the target, the driver skips the pending samples, and this fit is the result. If the fit fails or is
@@ -70,7 +70,7 @@ pub struct Config {
 
 impl Config {
     /// Returns options without a machine, seed 0, 8 steps per poll, retransmissions after 0.1 s, timeouts of 2 s and of
-    /// 60 s for readings, three attempts, no storage for recipes, and no target loss.
+    /// 60 s for readings, three attempts, the default limits, and no target loss.
     #[must_use]
     pub const fn new(host: Host) -> Self {
         Self {
@@ -82,7 +82,7 @@ impl Config {
             reply_timeout_ms: 2_000,
             measure_timeout_ms: 60_000,
             attempts: 3,
-            recipe_bytes: 0,
+            limits: EvidenceLimits::DEFAULT,
             target_loss: None,
         }
     }

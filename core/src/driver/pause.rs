@@ -2,12 +2,12 @@
 
 /// The first pause in ms.
 const MIN_MS: u32 = 500;
+/// The longest pause in ms.
+const MAX_MS: u32 = 30_000;
 
 /// A pause before the next attempt.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pause {
-    /// The largest length in ms.
-    max_ms: u32,
     /// Length in ms; 0 without a failure since the last success.
     length_ms: u32,
     /// Its end in ms, once it has begun.
@@ -15,21 +15,9 @@ pub(super) struct Pause {
 }
 
 impl Pause {
-    pub(super) const fn new(max_ms: u32) -> Self {
-        Self {
-            max_ms,
-            length_ms: 0,
-            until: None,
-        }
-    }
-
     /// Makes the next pause twice as long, after a failure.
     pub(super) fn lengthen(&mut self) {
-        self.length_ms = self
-            .length_ms
-            .saturating_mul(2)
-            .max(MIN_MS)
-            .min(self.max_ms);
+        self.length_ms = self.length_ms.saturating_mul(2).clamp(MIN_MS, MAX_MS);
         self.until = None;
     }
 
@@ -51,6 +39,6 @@ impl Pause {
 
     /// Forgets all failures, after a success.
     pub(super) fn reset(&mut self) {
-        *self = Self::new(self.max_ms);
+        *self = Self::default();
     }
 }

@@ -1,7 +1,7 @@
 //! The pending request: its frame, its retransmissions and its timeout.
 
 use super::{Config, Host};
-use crate::link::{Client, FRAME_BYTES, Reply, Request};
+use crate::link::{DeviceEnd, FRAME_BYTES, Reply, Request};
 
 /// A byte after a part of a frame, so that it can never be completed.
 const DAMAGING_BYTE: u8 = 0xFF;
@@ -14,8 +14,8 @@ pub(super) enum PollResult {
     Waiting,
     /// The request and its reply.
     Reply(Request, Reply),
-    /// No reply to this request before its timeout.
-    TimedOut(Request),
+    /// No reply before the timeout.
+    TimedOut,
 }
 
 /// The state of the current exchange: no request, a request without a reply, or both.
@@ -29,13 +29,15 @@ enum Exchange {
 
 /// The pending request. There is at most one.
 pub(super) struct PendingRequest {
-    client: Client,
+    device: DeviceEnd,
     exchange: Exchange,
     frame: [u8; FRAME_BYTES + 1],
     /// Length of the frame in bytes.
     frame_length: usize,
     /// Number of the frame's bytes that have been sent.
     sent: usize,
+    /// True if the line has a part of a canceled frame, and [`DAMAGING_BYTE`] is not sent yet.
+    is_line_open: bool,
     /// Interval of retransmissions, in ms.
     interval: u64,
     /// Time of the next retransmission, in ms.
@@ -47,11 +49,12 @@ pub(super) struct PendingRequest {
 impl PendingRequest {
     pub(super) const fn new(seed: u32) -> Self {
         Self {
-            client: Client::new(seed),
+            device: DeviceEnd::new(seed),
             exchange: Exchange::Idle,
             frame: [0; FRAME_BYTES + 1],
             frame_length: 0,
             sent: 0,
+            is_line_open: false,
             interval: 0,
             retransmit_at: 0,
             timeout_at: u64::MAX,
@@ -60,10 +63,11 @@ impl PendingRequest {
 
     /// Begins a request. The driver sends its frame through [`PendingRequest::outgoing`].
     pub(super) fn begin(&mut self, request: Request, now: u64, config: &Config) {
-        // The byte of a canceled frame goes first. The buffer has room for it and for every request.
-        let start = usize::from(self.outgoing() == [DAMAGING_BYTE]);
+        // The byte after a part of an earlier frame goes first. The buffer has room for it and for every request.
+        self.cancel();
+        let start = usize::from(self.is_line_open);
         let buffer = self.frame.get_mut(start..).unwrap_or_default();
-        let frame = self.client.request(&request, buffer);
+        let frame = self.device.request(&request, buffer);
         self.frame_length = frame.map_or(0, <[u8]>::len).saturating_add(start);
         self.sent = 0;
         self.interval = config.retransmit_interval_ms.max(1).into();
@@ -80,11 +84,10 @@ impl PendingRequest {
     /// more byte damages it: a zero alone, such as that of the next frame, may complete it.
     pub(super) fn cancel(&mut self) {
         self.exchange = Exchange::Idle;
-        let is_partly_sent = self.sent > 0 && !self.outgoing().is_empty();
-        let needs_damage = is_partly_sent || self.outgoing() == [DAMAGING_BYTE];
+        self.is_line_open |= self.sent > 0 && !self.outgoing().is_empty();
         let [first, ..] = &mut self.frame;
         *first = DAMAGING_BYTE;
-        self.frame_length = usize::from(needs_damage);
+        self.frame_length = usize::from(self.is_line_open);
         self.sent = 0;
     }
 
@@ -99,7 +102,7 @@ impl PendingRequest {
     /// Receives a byte from the host. Returns true if it completes the reply.
     pub(super) fn receive(&mut self, byte: u8) -> bool {
         if let Exchange::Waiting(request) = &self.exchange
-            && let Some(reply) = self.client.receive(byte, request)
+            && let Some(reply) = self.device.receive(byte, request)
         {
             self.exchange = Exchange::Answered(request.clone(), reply);
             return true;
@@ -115,6 +118,7 @@ impl PendingRequest {
 
     pub(super) fn sent(&mut self, count: usize) {
         self.sent = self.sent.saturating_add(count).min(self.frame_length);
+        self.is_line_open &= self.sent == 0;
     }
 
     /// Retransmits the frame when it is due, and returns the state of the request.
@@ -122,7 +126,7 @@ impl PendingRequest {
         match core::mem::take(&mut self.exchange) {
             Exchange::Idle => PollResult::Idle,
             Exchange::Answered(request, reply) => PollResult::Reply(request, reply),
-            Exchange::Waiting(request) if now >= self.timeout_at => PollResult::TimedOut(request),
+            Exchange::Waiting(_) if now >= self.timeout_at => PollResult::TimedOut,
             waiting @ Exchange::Waiting(_) => {
                 self.exchange = waiting;
                 if now >= self.retransmit_at && self.outgoing().is_empty() {

@@ -1,4 +1,4 @@
-//! Client and server: sequence numbers, repeated requests and late replies.
+//! The ends of a link: sequence numbers, repeated requests and late replies.
 
 use super::frame::{FRAME_BYTES, FrameReader, checksum_of, encode};
 use super::message::{Reply, Request};
@@ -13,18 +13,18 @@ const SEED_STEP: u32 = 0x9E37_79B1;
 /// The device's side of the link. It sends requests and recognizes their replies.
 #[derive(Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Client {
+pub struct DeviceEnd {
     sequence: u32,
     reader: FrameReader,
 }
 
-impl Client {
-    /// Creates a client whose first sequence number depends on the seed.
+impl DeviceEnd {
+    /// Creates an end whose first sequence number depends on the seed.
     ///
-    /// A late reply from before a reset has an old sequence number. The client drops the reply only if it has not used
-    /// this number again. Therefore, give every client of a device a different seed: a boot counter, a random number,
+    /// A late reply from before a reset has an old sequence number. It drops the reply only if it has not used
+    /// this number again. Therefore, give every end of a device a different seed: a boot counter, a random number,
     /// or the value of a free-running timer. With a boot counter, the numbers of 1,000 boots are more than a million
-    /// requests apart. With random seeds, one in 4 billion requests has an old number. With a constant seed, the client
+    /// requests apart. With random seeds, one in 4 billion requests has an old number. With a constant seed, the device
     /// may accept a late reply as the reply to a new request with the same number, if both requests are of the same
     /// kind.
     #[must_use]
@@ -77,7 +77,7 @@ pub enum Received {
 /// The host's side of the link. It receives requests, and answers a repeated request with the same reply.
 #[derive(Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Server {
+pub struct HostEnd {
     reader: FrameReader,
     sequence: u32,
     /// The CRC of the last request.
@@ -88,8 +88,8 @@ pub struct Server {
     has_received: bool,
 }
 
-impl Server {
-    /// Creates a server that has received nothing.
+impl HostEnd {
+    /// Creates an end that has received nothing.
     #[must_use]
     pub const fn new() -> Self {
         Self {

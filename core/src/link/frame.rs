@@ -10,7 +10,7 @@ use crate::checksum::crc_32;
 use crate::error::{Error, ErrorCode};
 
 /// The largest length of a sequence number and a message, in bytes. `Values` is the longest: sequence number (5 bytes),
-/// variant (1), offset and total (3 each), number of values (1), and the values (4 each). `RecipePart` takes 72 bytes.
+/// variant (1), offset and total (3 each), number of values (1), and the values (4 each).
 const MESSAGE_BYTES: usize = 5 + 1 + 3 + 3 + 1 + 4 * VALUES_PER_FRAME;
 /// The length of the CRC in bytes.
 const CHECKSUM_BYTES: usize = 4;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::{FailureReport, RecipeBytes, Values};
+use super::{FailureReport, Values};
 use crate::error::ErrorCode;
 use crate::fit::Progress;
 use crate::geometry::Directions;
@@ -14,7 +14,19 @@ use crate::scan::Residual;
 ///
 /// `Hello` and `Welcome` stay first in their enums and never change their layout, so that any two versions recognize
 /// each other.
-pub const PROTOCOL: u16 = 6;
+pub const PROTOCOL: u16 = 7;
+
+/// The purpose of a reading.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Purpose {
+    /// A reading for the fit.
+    Sample,
+    /// A reading with the lamp off, at directions of a sample: 0, but for room light and noise.
+    Dark,
+    /// The first sample again: the same reading, unless lamp, room light or axes have drifted.
+    Again,
+}
 
 /// A request of the device. `core/docs/link.md` has the numbers of all messages.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,6 +46,8 @@ pub enum Request {
     },
     /// Requests a reading at these directions.
     Measure {
+        /// Its purpose. The lamp is off for [`Purpose::Dark`].
+        purpose: Purpose,
         /// Index of the sample in the recipe's pattern.
         index: u16,
         /// Directions of light and sensor.
@@ -56,18 +70,11 @@ pub enum Request {
     /// The scan has failed.
     Failed(FailureReport),
     /// Asks if a reading from before a reset is still valid, because the material may have changed.
-    Saved {
+    Restored {
         /// Index of the sample in the recipe's pattern.
         index: u16,
         /// The reading.
         reading: Reading,
-    },
-    /// Requests another recipe for this and later scans. A device that can store a recipe sends this after its hello.
-    Update,
-    /// Requests the next bytes of the offered recipe.
-    RecipePart {
-        /// Number of bytes that the device has received.
-        offset: u32,
     },
 }
 
@@ -88,24 +95,10 @@ pub enum Reply {
         /// The reading.
         reading: Reading,
     },
-    /// Replies to all other requests. After [`Request::Update`], it means that the host has no other recipe.
+    /// Replies to all other requests.
     Accepted,
     /// Refuses the request: [`ErrorCode::RefusedNoScan`] to [`ErrorCode::RefusedOther`].
     Refused(#[serde(deserialize_with = "refusal")] ErrorCode),
-    /// Replies to [`Request::Update`] if the host has another recipe.
-    Recipe {
-        /// Length of the recipe in bytes.
-        bytes: u32,
-        /// The checksum in the recipe's header.
-        checksum: u32,
-    },
-    /// Replies to [`Request::RecipePart`].
-    RecipePart {
-        /// The request's offset.
-        offset: u32,
-        /// The bytes from `offset` on. Only the last part has fewer than [`BYTES_PER_FRAME`](super::BYTES_PER_FRAME).
-        bytes: RecipeBytes,
-    },
     /// Replies to [`Request::Measure`]: this sample cannot be read. The device continues without it if the recipe
     /// tolerates missing readings. Otherwise the scan fails.
     Skip {
@@ -130,14 +123,7 @@ impl Reply {
                 },
             ) => index == requested,
             (Self::FinishEarly, Request::Measure { .. }) => true,
-            (
-                Self::Accepted,
-                Request::Hello { .. } | Request::Measure { .. } | Request::RecipePart { .. },
-            ) => false,
-            (Self::Recipe { .. }, Request::Update) => true,
-            (Self::RecipePart { offset, .. }, Request::RecipePart { offset: requested }) => {
-                offset == requested
-            }
+            (Self::Accepted, Request::Hello { .. } | Request::Measure { .. }) => false,
             (Self::Accepted, _) => true,
             _ => false,
         }

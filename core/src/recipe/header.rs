@@ -84,15 +84,6 @@ pub const fn memory_words(recipes: &[&[u8]]) -> usize {
     largest(recipes, HEADER_BYTES + 2, 4)
 }
 
-/// Returns the largest number of samples, n, of these recipes.
-///
-/// Firmware calls it at compile time, for the length of [saved readings](crate::scan::Saved::slot_bytes). If one of
-/// them is not a recipe, the result is `usize::MAX`, as with [`memory_words`].
-#[must_use]
-pub const fn max_samples(recipes: &[&[u8]]) -> usize {
-    largest(recipes, HEADER_BYTES, 2)
-}
-
 /// Returns the largest number of `length` bytes from `start` on in the headers of recipes.
 const fn largest(recipes: &[&[u8]], start: usize, length: usize) -> usize {
     let mut largest = 0;

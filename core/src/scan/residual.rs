@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
+use super::evidence::Evidence;
 use super::memory::{is_clamped, measured_brdf};
 use super::status::Status;
 use crate::error::ErrorCode;
@@ -35,6 +36,8 @@ pub struct Residual {
     /// [`ErrorCode::ImplausibleOther`].
     #[serde(deserialize_with = "implausible")]
     pub implausible: Option<ErrorCode>,
+    /// The checks of a [`Driver`](crate::driver::Driver). They are empty without one.
+    pub evidence: Evidence,
 }
 
 /// Decodes the reason. One of a newer peer becomes [`ErrorCode::ImplausibleOther`].

@@ -5,7 +5,7 @@
 #[path = "../../examples/host.rs"]
 mod host;
 #[path = "../../examples/recovery.rs"]
-mod recovery;
+pub(crate) mod recovery;
 
 use std::fmt::Debug;
 
@@ -13,9 +13,7 @@ use glimpse_core::driver::{Config, Host};
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::Directions;
 use glimpse_core::gonio::{MIN_READING, Reading};
-use glimpse_core::link::{
-    BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Reply, Request, VALUES_PER_FRAME,
-};
+use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Purpose, Reply, Request, VALUES_PER_FRAME};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use serde::Serialize;
@@ -29,7 +27,7 @@ fn recovery_example_survives_power_cuts() {
     recovery::main().unwrap();
     let scan = |power_fails_after: &[usize]| {
         let mut memory = [0.0; recovery::MEMORY_WORDS];
-        let mut flash = [[0; recovery::SLOT_BYTES]; 2];
+        let mut flash = recovery::common::flash::Flash::new(4);
         let mut boots = power_fails_after.iter().map(|readings| {
             memory.fill(f32::NAN); // as after a power loss
             recovery::boot(recovery::RECIPES[0], &mut memory, &mut flash, *readings).unwrap()
@@ -52,7 +50,8 @@ fn host_example_receives_fitted_values() {
         let mut computer = host::Computer::default();
         let (residual, values, _) = host::scan(&mut computer, loses).unwrap();
         assert_eq!(computer.values, values, "every {loses}th byte is lost");
-        assert_eq!((values.len(), computer.readings), (675, 8));
+        // Eight samples, one of them again, and two readings with the lamp off.
+        assert_eq!((values.len(), computer.readings), (675, 11));
         assert!(residual.mean < 0.06, "{residual:?}");
     }
 }
@@ -101,6 +100,7 @@ fn link_bytes_match_document() {
         outgoing: [-0.6, 0.0, 0.8],
     };
     let measure = Request::Measure {
+        purpose: Purpose::Sample,
         index: 0,
         directions,
     };
@@ -196,7 +196,6 @@ fn link_constants_match_document() {
         ("# ", PROTOCOL.to_string()),
         ("frame", FRAME_BYTES.to_string()),
         ("values: ", VALUES_PER_FRAME.to_string()),
-        ("bytes: ", BYTES_PER_FRAME.to_string()),
         ("repeated", config.retransmit_interval_ms.to_string()),
         ("sr^-1", MIN_READING.to_string()),
     ] {

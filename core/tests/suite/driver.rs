@@ -5,3 +5,4 @@ mod defects;
 mod histories;
 mod scan_times;
 mod scans;
+mod table;

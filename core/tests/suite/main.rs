@@ -40,3 +40,4 @@ mod reference;
 mod ridge;
 mod scan;
 mod scanning;
+mod store;

@@ -5,7 +5,6 @@ mod fits;
 mod memory;
 mod plausibility;
 mod readings;
-mod saved;
 
 /// The trained recipes of the examples: Linear, Neural, Cook-Torrance, Phong.
 const SCAN_RECIPES: [&[u8]; 4] = [

@@ -4,9 +4,7 @@ use glimpse_core::driver::{Action, Config, Driver};
 use glimpse_core::error::ErrorCode;
 use glimpse_core::fit::ScanModel;
 use glimpse_core::gonio::Reading;
-use glimpse_core::link::{
-    BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Received, RecipeBytes, Reply, Request, Server,
-};
+use glimpse_core::link::{FRAME_BYTES, HostEnd, PROTOCOL, Purpose, Received, Reply, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 
@@ -37,14 +35,22 @@ pub(crate) fn phong_driver(config: Config) -> AnyDriver {
 pub(crate) fn default_reply(request: &Request) -> Reply {
     match request {
         Request::Hello { .. } => Reply::Welcome { protocol: PROTOCOL },
-        Request::Measure { index, .. } => Reply::Measured {
+        Request::Measure { purpose, index, .. } => Reply::Measured {
             index: *index,
-            reading: synthetic_reading(*index),
+            reading: reading_for(*purpose, *index, synthetic_reading),
         },
-        Request::Saved { index, reading } if *reading != synthetic_reading(*index) => {
-            Reply::Refused(ErrorCode::RefusedSaved)
+        Request::Restored { index, reading } if *reading != synthetic_reading(*index) => {
+            Reply::Refused(ErrorCode::RefusedRestored)
         }
         _ => Reply::Accepted,
+    }
+}
+
+/// The reading of a sample, or with the lamp off 0.
+fn reading_for(purpose: Purpose, index: u16, mut sensor: impl FnMut(u16) -> Reading) -> Reading {
+    match purpose {
+        Purpose::Dark => Reading::new([0.0; 3]),
+        _ => sensor(index),
     }
 }
 
@@ -54,11 +60,13 @@ type Handler<'h> = Box<dyn FnMut(&Request) -> Option<Reply> + 'h>;
 /// The host at the other end of the line, with a record of messages and actions.
 pub(crate) struct Bench<'h> {
     handler: Handler<'h>,
-    server: Server,
+    end: HostEnd,
     /// Corrupts the bytes in either direction.
     pub(crate) corrupt: Box<dyn FnMut(Vec<u8>) -> Vec<u8> + 'h>,
     /// The device's own sensor.
     pub(crate) sensor: Box<dyn FnMut(u16) -> Reading + 'h>,
+    /// What the device's sensor reads with the lamp off, sr^-1.
+    pub(crate) dark: f32,
     /// Delay of the host's reply in ms.
     pub(crate) delay: Box<dyn Fn(&Request) -> u64 + 'h>,
     /// The reply that is not sent yet, and its time in ms.
@@ -82,9 +90,10 @@ impl<'h> Bench<'h> {
     pub(crate) fn new(handler: impl FnMut(&Request) -> Option<Reply> + 'h) -> Self {
         Self {
             handler: Box::new(handler),
-            server: Server::new(),
+            end: HostEnd::new(),
             corrupt: Box::new(|bytes| bytes),
             sensor: Box::new(synthetic_reading),
+            dark: 0.0,
             delay: Box::new(|_| 0),
             delayed: None,
             disconnected: false,
@@ -105,7 +114,7 @@ impl<'h> Bench<'h> {
     pub(crate) fn reply_to(&mut self, bytes: &[u8]) -> Vec<u8> {
         let mut replies = Vec::new();
         for byte in bytes {
-            let reply = match self.server.receive(*byte) {
+            let reply = match self.end.receive(*byte) {
                 Some(Ok(Received::New(request))) => {
                     let reply = (self.handler)(&request);
                     self.delayed = reply.map(|reply| (self.now + (self.delay)(&request), reply));
@@ -118,7 +127,7 @@ impl<'h> Bench<'h> {
             };
             if let Some(reply) = reply {
                 let mut buffer = [0; FRAME_BYTES];
-                replies.extend_from_slice(self.server.reply(reply, &mut buffer).unwrap());
+                replies.extend_from_slice(self.end.reply(reply, &mut buffer).unwrap());
             }
         }
         replies
@@ -138,11 +147,18 @@ impl<'h> Bench<'h> {
         match action {
             Action::Continue => assert_eq!(driver.poll_delay(ORIGIN + self.now), Some(0)),
             Action::Wait => {}
-            Action::Measure { index, directions } => {
-                let scan = driver.scan().unwrap();
-                assert_eq!(scan.next_pending(), Some((index, directions)));
+            Action::Measure {
+                purpose,
+                index,
+                directions,
+            } => {
+                if purpose == Purpose::Sample {
+                    assert_eq!(driver.scan().next_pending(), Some((index, directions)));
+                }
                 // The driver requests a sample with an invalid reading again.
-                let _ = driver.record(index, (self.sensor)(index));
+                let mut reading = reading_for(purpose, index, &mut self.sensor);
+                reading.brdf = reading.brdf.map(|brdf| brdf + self.dark);
+                let _ = driver.record(index, reading);
             }
             _ => self.actions.push((self.now, action.clone())),
         }
@@ -227,7 +243,7 @@ impl<'h> Bench<'h> {
                 } => {
                     bits.truncate(usize::from(*offset));
                     assert_eq!(bits.len(), usize::from(*offset));
-                    bits.extend(values.as_slice().iter().map(|value| value.to_bits()));
+                    bits.extend(values.iter().map(|value| value.to_bits()));
                     assert!(bits.len() <= usize::from(*total));
                 }
                 Request::Finished(residual) => {
@@ -243,47 +259,10 @@ impl<'h> Bench<'h> {
 
 /// The bits of the fitted material of a driver.
 pub(crate) fn fitted_bits<K: ScanModel>(driver: &Driver<'_, K>) -> Vec<u32> {
-    let fitted = driver.scan().unwrap().fitted().unwrap();
+    let fitted = driver.scan().fitted().unwrap();
     let residual = fitted.residual();
     let numbers = fitted.values().chain([residual.mean, residual.worst]);
     numbers.map(f32::to_bits).collect()
-}
-
-/// A reply with the part of a recipe from `offset` on.
-pub(crate) fn recipe_part(recipe: &[u8], offset: u32) -> Reply {
-    let bytes = recipe.iter().skip(offset as usize).take(BYTES_PER_FRAME);
-    let bytes = RecipeBytes::take_from(bytes.copied());
-    Reply::RecipePart { offset, bytes }
-}
-
-/// The reply of a host that offers a recipe; None to other requests than those for a recipe.
-pub(crate) fn offer(recipe: &[u8], request: &Request) -> Option<Reply> {
-    match request {
-        Request::Update => Some(Reply::Recipe {
-            bytes: recipe.len() as u32,
-            checksum: Recipe::parse(recipe).unwrap().checksum(),
-        }),
-        Request::RecipePart { offset } => Some(recipe_part(recipe, *offset)),
-        _ => None,
-    }
-}
-
-/// A correct host that offers a recipe.
-pub(crate) fn offering_host(recipe: &[u8]) -> Bench<'_> {
-    Bench::new(|request| Some(offer(recipe, request).unwrap_or_else(|| default_reply(request))))
-}
-
-/// The content of the flash after these actions.
-pub(crate) fn stored_bytes(actions: &[Action]) -> Vec<u8> {
-    let mut flash = Vec::new();
-    for action in actions {
-        if let Action::Store { offset, bytes } = action {
-            flash.truncate(*offset as usize);
-            assert_eq!(flash.len(), *offset as usize);
-            flash.extend_from_slice(bytes.as_slice());
-        }
-    }
-    flash
 }
 
 pub(crate) fn is_finished(action: &Action) -> bool {
@@ -298,14 +277,13 @@ pub(crate) fn is_forget(action: &Action) -> bool {
     *action == Action::Forget
 }
 
-pub(crate) fn is_store(action: &Action) -> bool {
-    matches!(action, Action::Store { .. })
-}
-
-pub(crate) fn is_installed(action: &Action) -> bool {
-    matches!(action, Action::Install { .. })
-}
-
+/// Returns true for the request of a sample's reading.
 pub(crate) fn is_measure(request: &Request) -> bool {
-    matches!(request, Request::Measure { .. })
+    matches!(
+        request,
+        Request::Measure {
+            purpose: Purpose::Sample,
+            ..
+        }
+    )
 }

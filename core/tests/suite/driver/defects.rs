@@ -8,6 +8,7 @@ use glimpse_core::gonio::{Limits, Machine, Reading};
 use glimpse_core::link::{PROTOCOL, Reply, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::EvidenceLimits;
 
 use super::bench::*;
 use crate::recipes::{SMALL, random_recipe};
@@ -32,7 +33,7 @@ fn check_halted(bench: &mut Bench<'_>, driver: &mut AnyDriver, failure: Error, r
     assert_eq!(bench.take_actions(), []);
     let is_report = |request: &Request| *request == Request::Failed(failure.into());
     assert!(bench.requests.len() <= 1 && bench.requests.iter().all(is_report));
-    assert_eq!(driver.scan().unwrap().pending().count(), SAMPLES - read);
+    assert_eq!(driver.scan().pending().count(), SAMPLES - read);
     let error = Err(Error::new(ErrorCode::NotScanning));
     assert_eq!(driver.record(7, synthetic_reading(7)), error);
     assert_eq!((driver.skip(7), driver.finish_early()), (error, error));
@@ -41,7 +42,7 @@ fn check_halted(bench: &mut Bench<'_>, driver: &mut AnyDriver, failure: Error, r
     bench.sensor = Box::new(synthetic_reading);
     driver.resume();
     bench.run(driver, is_finished);
-    let recipe = *driver.scan().unwrap().recipe();
+    let recipe = *driver.scan().recipe();
     let expected = full_scan::<Any>(recipe, synthetic_reading);
     assert_eq!(fitted_bits(driver), expected.bits());
     let saves = bench.actions.iter().filter(is_save).count();
@@ -59,7 +60,7 @@ fn nothing_moves_after_failure_of_arms() {
     for host in [Host::Measures, Host::Listens, Host::Absent] {
         let mut driver = phong_driver(Config::new(host));
         let mut bench = Bench::cooperative();
-        while driver.scan().unwrap().reading(4).is_none() {
+        while driver.scan().reading(4).is_none() {
             bench.step(&mut driver);
         }
         let failure = Error::new(ErrorCode::Machine);
@@ -84,7 +85,7 @@ fn silent_host_costs_no_reading() {
         assert_eq!(failed, (60_000, Action::Failed(failure)));
         silent.set(false);
         check_halted(&mut bench, &mut driver, failure, usize::from(last));
-        let offered = bench.count(|request| matches!(request, Request::Saved { .. }));
+        let offered = bench.count(|request| matches!(request, Request::Restored { .. }));
         assert_eq!(offered, usize::from(last));
     }
 }
@@ -124,7 +125,7 @@ fn nothing_moves_after_failure_of_host() {
             let mut driver = Driver::new(scan, Config::new(*host));
             bench.run(&mut driver, is_failed);
             healed.set(true);
-            let read = SAMPLES - driver.scan().unwrap().pending().count();
+            let read = SAMPLES - driver.scan().pending().count();
             assert!(read >= 2);
             check_halted(&mut bench, &mut driver, failure, read);
         }
@@ -152,6 +153,116 @@ fn canceled_request_is_never_completed() {
         assert_eq!(bench.count(is_measure), 1);
         assert!(bench.requests.contains(&Request::Failed(failure.into())));
     }
+}
+
+/// The same after two failures in a row, and after an early end of the scan.
+#[test]
+fn canceled_request_stays_canceled() {
+    let failure = Error::new(ErrorCode::Machine);
+    let calls: [fn(&mut AnyDriver); 3] = [
+        |driver| driver.fail(Error::new(ErrorCode::Sensor)),
+        |driver| while driver.poll(ORIGIN + 1) != Action::Wait {},
+        |driver| {
+            driver.finish_early().unwrap();
+            for _ in 0..20 {
+                driver.poll(ORIGIN + 1);
+            }
+        },
+    ];
+    for (number, call) in calls.into_iter().enumerate() {
+        for unsent in [1, 2, 5] {
+            let mut driver = new_driver::<Any>(tolerant_recipe(), Config::new(Host::Measures));
+            let mut bench = Bench::cooperative();
+            while bench.count(is_measure) == 0 {
+                bench.step(&mut driver);
+            }
+            while driver.outgoing().is_empty() {
+                driver.poll(ORIGIN);
+            }
+            let frame = driver.outgoing().to_vec();
+            driver.sent(frame.len() - unsent);
+            bench.reply_to(&frame[..frame.len() - unsent]);
+            if number == 1 {
+                driver.fail(failure);
+            }
+            call(&mut driver);
+            driver.fail(failure);
+            bench.wait(&mut driver, HOUR_MS);
+            assert_eq!(bench.count(is_measure), 1, "{number}, {unsent}");
+        }
+    }
+}
+
+/// A skip survives a reset, so that a wrong reading does not come back.
+#[test]
+fn skip_is_saved() {
+    let mut driver = new_driver::<Any>(tolerant_recipe(), Config::new(Host::Absent));
+    let mut bench = Bench::cooperative();
+    while driver.scan().reading(3).is_none() {
+        bench.step(&mut driver);
+    }
+    driver.skip(3).unwrap();
+    bench.run(&mut driver, is_finished);
+    let reading = None;
+    assert!(
+        bench
+            .take_actions()
+            .contains(&Action::Save { index: 3, reading })
+    );
+}
+
+/// The cause of a wrong result is stated with it.
+#[test]
+fn result_states_room_light_drift_saturation_and_old_readings() {
+    let result = |prepare: fn(&mut Bench<'_>), restored: &[u16], limits| {
+        let mut scan = new_scan(recipe_for(ModelKind::Phong));
+        record(&mut scan, restored.iter().copied(), synthetic_reading);
+        let mut config = Config::new(Host::Absent);
+        config.limits = limits;
+        let mut driver: AnyDriver = Driver::new(scan, config);
+        let mut bench = Bench::cooperative();
+        prepare(&mut bench);
+        match bench.run(&mut driver, is_finished).1 {
+            Action::Finished(residual) => residual,
+            other => panic!("{other:?}"),
+        }
+    };
+    let good: fn(&mut Bench<'_>) = |_| ();
+    let lit: fn(&mut Bench<'_>) = |bench| bench.dark = 0.03;
+    let drifting: fn(&mut Bench<'_>) = |bench| {
+        let mut brightness = 1.0;
+        bench.sensor = Box::new(move |index| {
+            brightness *= 0.99;
+            let reading = synthetic_reading(index);
+            Reading::new(reading.brdf.map(|brdf| brightness * brdf))
+        });
+    };
+    let saturated: fn(&mut Bench<'_>) = |bench| {
+        bench.sensor = Box::new(|index| Reading {
+            saturated: index > 4,
+            ..synthetic_reading(index)
+        });
+    };
+    let (all, none) = (EvidenceLimits::DEFAULT, EvidenceLimits::NONE);
+    for (prepare, restored, cause) in [
+        (good, &[][..], None),
+        (good, &[0, 1, 2], None),
+        (lit, &[], Some(ErrorCode::RoomLight)),
+        (drifting, &[], Some(ErrorCode::Drift)),
+        (saturated, &[], Some(ErrorCode::Saturated)),
+        (good, &[0, 1, 2, 3, 4, 5, 6, 7], Some(ErrorCode::Restored)),
+    ] {
+        let residual = result(prepare, restored, all);
+        assert_eq!(residual.implausible, cause, "{residual:?}");
+        assert_eq!(usize::from(residual.evidence.restored), restored.len());
+        let unlimited = result(prepare, restored, none).implausible;
+        assert_eq!(unlimited, cause.filter(|code| *code == ErrorCode::Restored));
+    }
+    let evidence = result(drifting, &[], all).evidence;
+    assert!(
+        (evidence.drift.unwrap() - 0.077).abs() < 1e-3,
+        "{evidence:?}"
+    );
 }
 
 /// Defect 1: A host that appears after a failure receives its report.
@@ -223,128 +334,6 @@ fn refusing_host_wears_out_no_flash() {
     }
 }
 
-/// A device that can store recipes, with a scan or without.
-fn storing_device(host: Host, has_scan: bool) -> AnyDriver {
-    let mut config = Config::new(host);
-    config.recipe_bytes = 8_192;
-    match has_scan {
-        true => phong_driver(config),
-        false => Driver::without_scan(Error::new(ErrorCode::RecipeMagic), config),
-    }
-}
-
-/// Defect 3: A refusal during a transfer and an error of the flash declined the recipe until the device was reset. A device
-/// without a scan failed endlessly with `Recipe(Magic)`.
-#[test]
-fn transient_errors_decline_no_recipe() {
-    let offered = encoded_recipe(ModelKind::Neural);
-    for host in [Host::Measures, Host::Listens] {
-        for (has_scan, flash_fails) in [(false, false), (false, true), (true, false), (true, true)]
-        {
-            let failures = Cell::new(5);
-            let mut bench = Bench::new(|request| match request {
-                Request::RecipePart { offset: 60 } if !flash_fails && failures.get() > 0 => {
-                    failures.set(failures.get() - 1);
-                    Some(Reply::Refused(ErrorCode::RefusedNoScan))
-                }
-                _ => Some(offer(&offered, request).unwrap_or_else(|| default_reply(request))),
-            });
-            let mut driver = storing_device(host, has_scan);
-            bench.delay = Box::new(|_| 50);
-            let mut erasures = 0;
-            loop {
-                let (_, action) = bench.run(&mut driver, |action| {
-                    is_store(action) || is_failed(action) || is_installed(action)
-                });
-                match action {
-                    Action::Store { offset: 0, .. } => {
-                        erasures += 1;
-                        if flash_fails && failures.get() > 0 {
-                            failures.set(failures.get() - 1);
-                            driver.fail(Error::new(ErrorCode::Storage));
-                        }
-                    }
-                    Action::Failed(_) => driver.resume(),
-                    Action::Install { .. } => break,
-                    _ => {}
-                }
-            }
-            assert_eq!(erasures, 6);
-            let asked = if has_scan { HOUR_MS } else { 10 * HOUR_MS };
-            assert!(bench.now < asked, "{}", bench.now);
-        }
-    }
-}
-
-/// Defect 3: Each attempt to fetch a recipe erases flash, so attempts become rare.
-#[test]
-fn failing_transfers_become_rare() {
-    let offered = encoded_recipe(ModelKind::Neural);
-    let mut bench = Bench::new(|request| match request {
-        Request::RecipePart { offset: 60 } => Some(Reply::Refused(ErrorCode::RefusedNoScan)),
-        _ => Some(offer(&offered, request).unwrap_or_else(|| default_reply(request))),
-    });
-    let mut driver = storing_device(Host::Measures, false);
-    bench.wait(&mut driver, 24 * HOUR_MS);
-    let stores = bench.actions.iter().filter(|(_, action)| is_store(action));
-    assert!((20..40).contains(&stores.count()));
-}
-
-/// Defect 3: An unusable recipe is fetched once. The present one stays in use.
-#[test]
-fn unusable_recipe_is_fetched_once() {
-    let offered = encoded_recipe(ModelKind::Neural);
-    let mut bench = Bench::new(|request| {
-        Some(offer(&offered, request).unwrap_or_else(|| default_reply(request)))
-    });
-    let mut driver = storing_device(Host::Measures, true);
-    bench.run(&mut driver, is_installed);
-    driver.fail(Error::new(ErrorCode::RecipeChecksum));
-    bench.run(&mut driver, is_failed);
-    driver.resume();
-    bench.take_actions();
-    for _ in 0..3 {
-        bench.run(&mut driver, is_finished);
-        driver.restart();
-    }
-    assert!(!bench.take_actions().iter().any(is_store));
-}
-
-/// A device without a usable recipe reports that once, and asks again and again for another.
-#[test]
-fn device_without_scan_waits_for_recipe() {
-    let offered = encoded_recipe(ModelKind::Neural);
-    for host in [Host::Measures, Host::Listens] {
-        let offers = Cell::new(false);
-        let mut bench = Bench::new(|request| {
-            let offer = offer(&offered, request).filter(|_| offers.get());
-            Some(offer.unwrap_or_else(|| default_reply(request)))
-        });
-        let mut driver = storing_device(host, false);
-        bench.wait(&mut driver, HOUR_MS);
-        let failure = Error::new(ErrorCode::RecipeMagic);
-        assert_eq!(bench.take_actions(), [Action::Failed(failure)]);
-        let reports = bench.count(|request| matches!(request, Request::Failed(_)));
-        let hellos = bench.count(|request| matches!(request, Request::Hello { .. }));
-        assert!(reports == 1 && (100..140).contains(&hellos), "{hellos}");
-        offers.set(true);
-        let (at, _) = bench.run(&mut driver, is_installed);
-        assert!(at <= HOUR_MS + 30_000);
-    }
-    // Without storage or host it only reports the failure.
-    let failure = Error::new(ErrorCode::RecipeMagic);
-    for host in [Host::Measures, Host::Listens, Host::Absent] {
-        let mut driver = AnyDriver::without_scan(failure, Config::new(host));
-        let mut bench = Bench::cooperative();
-        bench.wait(&mut driver, HOUR_MS);
-        assert_eq!(bench.take_actions(), [Action::Failed(failure)]);
-        let expected = Err(Error::new(ErrorCode::NotScanning));
-        assert_eq!(driver.record(0, synthetic_reading(0)), expected);
-        assert_eq!(driver.scan().err(), Some(failure));
-        assert_eq!(driver.into_scan().err(), Some(failure));
-    }
-}
-
 /// Defect 4: `Hello` had no timeout: without its host, a device that moves its own arms never scanned.
 #[test]
 fn listening_host_is_optional() {
@@ -397,7 +386,7 @@ fn attempts_count_per_sample() {
     let mut bench = Bench::cooperative();
     bench.sensor = Box::new(invalid(&[0, 4]));
     bench.run(&mut driver, is_finished);
-    let scan = driver.scan().unwrap();
+    let scan = driver.scan();
     let read = [0, 1, 2, 3, 4, 5].map(|index| scan.reading(index).is_some());
     assert_eq!(read, [false, true, true, true, false, true]);
 }
@@ -418,7 +407,9 @@ fn clamped_readings_are_kept() {
                 let reading = noisy(index);
                 Some(Reply::Measured { index, reading })
             }
-            Request::Saved { index, reading } if reading == noisy(index) => Some(Reply::Accepted),
+            Request::Restored { index, reading } if reading == noisy(index) => {
+                Some(Reply::Accepted)
+            }
             _ => Some(default_reply(request)),
         });
         bench.run(&mut driver, is_failed);
@@ -427,7 +418,7 @@ fn clamped_readings_are_kept() {
         driver.resume();
         bench.run(&mut driver, is_finished);
         assert_eq!(bench.count(is_measure), 0);
-        assert_eq!(driver.scan().unwrap().reading(2), Some(noisy(2)));
+        assert_eq!(driver.scan().reading(2), Some(noisy(2)));
         assert_eq!(fitted_bits(&driver), full_scan::<Any>(recipe, noisy).bits());
     }
 }
@@ -447,7 +438,7 @@ fn readings_until_stop(
     let mut bench = Bench::cooperative();
     bench.sensor = Box::new(reading);
     bench.run(&mut driver, is_finished);
-    let scan = driver.scan().unwrap();
+    let scan = driver.scan();
     (0..6)
         .filter(|index| scan.reading(*index).is_some())
         .count()

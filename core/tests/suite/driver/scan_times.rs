@@ -3,9 +3,10 @@
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::link::Request;
 use glimpse_core::model::ModelKind;
-use glimpse_core::scan::Saved;
+use glimpse_core::store::{Layout, Store};
 
 use super::bench::*;
+use crate::documents::recovery::common::flash::Flash;
 use crate::random::Random;
 use crate::scanning::*;
 
@@ -31,11 +32,16 @@ fn scan_seconds(lost_per_thousand: u64, resets: usize, seed: u64) -> Option<f64>
         Request::Measure { .. } => READING_MS,
         _ => 0,
     });
-    let mut slots = [(); 2].map(|()| vec![0xFF; Saved::slot_bytes(SAMPLES)]);
+    let mut flash = Flash::new(2);
     let mut saves_until_reset: Vec<usize> = (1..=resets).collect();
     for boot in 0.. {
         let mut scan = new_scan::<Any>(recipe);
-        let (mut saved, _) = Saved::restore([&slots[0], &slots[1]], &mut scan);
+        let layout = Layout {
+            start: 0,
+            area_bytes: 512,
+        };
+        let mut store = Store::mount(&mut flash, layout, &recipe).unwrap();
+        store.restore(&mut scan).unwrap();
         let mut config = Config::new(Host::Measures);
         config.sequence_seed = boot;
         let mut driver = Driver::new(scan, config);
@@ -51,15 +57,8 @@ fn scan_seconds(lost_per_thousand: u64, resets: usize, seed: u64) -> Option<f64>
                     return Some(now as f64 / 1000.0);
                 }
                 Action::Failed(_) => driver.resume(),
-                _ => {
-                    let scan = driver.scan().unwrap();
-                    let mut buffer = vec![0; Saved::slot_bytes(SAMPLES)];
-                    let written = saved.write(scan, &mut buffer, |slot, bytes| {
-                        slots[slot][..bytes.len()].copy_from_slice(bytes);
-                        Ok::<_, glimpse_core::error::Error>(())
-                    });
-                    written.unwrap();
-                }
+                Action::Save { index, reading } => store.save(index, reading, true).unwrap(),
+                _ => {}
             }
             if saves == Some(count) {
                 bench.wait(&mut driver, READING_MS / 2);

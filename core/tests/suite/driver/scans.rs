@@ -7,10 +7,10 @@ use glimpse_core::fit::ScanModel;
 use glimpse_core::link::{PROTOCOL, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{Evidence, Residual};
 
 use super::bench::*;
 use crate::random::Random;
-use crate::recipes::parsed;
 use crate::scanning::*;
 
 const HOSTS: [Host; 3] = [Host::Measures, Host::Listens, Host::Absent];
@@ -29,9 +29,18 @@ fn check_scans<K: ScanModel + 'static>(recipe: Recipe<'static>, host: Host, slic
         bench.run(&mut driver, is_forget);
         let saves = IN_ORDER.map(|index| Action::Save {
             index,
-            reading: synthetic_reading(index),
+            reading: Some(synthetic_reading(index)),
         });
-        let end = [Action::Finished(expected.residual()), Action::Forget];
+        let evidence = Evidence {
+            dark: Some(0.0),
+            drift: Some(0.0),
+            restored: 0,
+        };
+        let residual = Residual {
+            evidence,
+            ..expected.residual()
+        };
+        let end = [Action::Finished(residual), Action::Forget];
         assert_eq!(
             bench.take_actions(),
             Vec::from_iter(saves.into_iter().chain(end))
@@ -116,46 +125,6 @@ fn noisy_line_keeps_result() {
             }
             assert!(time > 0, "no byte was corrupted");
         }
-    }
-}
-
-/// An offered recipe arrives complete, also over a noisy line, and a new driver scans with it.
-#[test]
-fn installs_offered_recipe() {
-    for (host, odds) in [
-        (Host::Measures, 150),
-        (Host::Listens, u64::MAX),
-        (Host::Measures, u64::MAX),
-    ] {
-        let offered = encoded_recipe(ModelKind::Neural);
-        let recipe = parsed(offered.clone());
-        let mut config = Config::new(host);
-        config.recipe_bytes = offered.len() as u32;
-        let mut driver = new_driver::<Any>(recipe_for(ModelKind::Linear), config);
-        let mut bench = offering_host(&offered);
-        let mut random = Random(3);
-        bench.corrupt = Box::new(move |bytes| match odds {
-            u64::MAX => bytes,
-            odds => random.corrupt(bytes, odds),
-        });
-        let (_, installed) = bench.run(&mut driver, is_installed);
-        let (bytes, checksum) = (offered.len() as u32, recipe.checksum());
-        assert_eq!(installed, Action::Install { bytes, checksum });
-        assert_eq!(stored_bytes(&bench.take_actions()), offered);
-        // The memory of the old scan serves the new one, if it is long enough.
-        let old = driver.into_scan().unwrap().into_memory().len();
-        assert!(old < recipe.memory_words());
-        let mut driver = new_driver::<Any>(recipe, config);
-        bench.corrupt = Box::new(|bytes| bytes);
-        bench.run(&mut driver, is_finished);
-        let expected = full_scan::<Any>(recipe, synthetic_reading);
-        assert_eq!(fitted_bits(&driver), expected.bits());
-        // It is not fetched again, nor is one that does not fit.
-        assert!(!bench.take_actions().iter().any(is_store));
-        config.recipe_bytes -= 1;
-        let mut driver = new_driver::<Any>(recipe_for(ModelKind::Linear), config);
-        bench.run(&mut driver, is_finished);
-        assert!(!bench.take_actions().iter().any(is_store));
     }
 }
 
