@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::fit::AnyModel;
 use glimpse_core::gonio::Reading;
-use glimpse_core::link::{Client, FRAME_BYTES, Reply, Request};
+use glimpse_core::link::{DeviceEnd, FRAME_BYTES, Purpose, Reply, Request};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Residual, Scan};
 use glimpse_trainer::scanner::{ScanReading, ScanReport};
@@ -69,7 +69,7 @@ pub const OWN_READING: [f32; 3] = [0.3, 0.2, 0.1];
 #[derive(Debug)]
 pub struct Device {
     stream: TcpStream,
-    client: Client,
+    end: DeviceEnd,
     reply_timeout: Duration,
 }
 
@@ -83,7 +83,7 @@ impl Device {
         stream.set_read_timeout(Some(Duration::from_millis(1)))?;
         Ok(Self {
             stream,
-            client: Client::new(0),
+            end: DeviceEnd::new(0),
             reply_timeout,
         })
     }
@@ -98,7 +98,7 @@ impl Device {
     pub fn request(&mut self, request: &Request) -> io::Result<Reply> {
         let mut frame = [0; FRAME_BYTES];
         let frame = self
-            .client
+            .end
             .request(request, &mut frame)
             .expect("the buffer is large enough");
         let mut bytes = [0; 64];
@@ -113,7 +113,7 @@ impl Device {
                     Err(error) => return Err(error),
                 };
                 for byte in &bytes[..count] {
-                    if let Some(reply) = self.client.receive(*byte, request) {
+                    if let Some(reply) = self.end.receive(*byte, request) {
                         return Ok(reply);
                     }
                 }
@@ -156,8 +156,12 @@ impl Device {
         loop {
             match driver.poll(start.elapsed().as_millis() as u64) {
                 Action::Forget => return Ok(()), // the host has the result
-                Action::Measure { index, .. } => {
-                    let recorded = driver.record(index, Reading::new(OWN_READING));
+                Action::Measure { purpose, index, .. } => {
+                    let brdf = match purpose {
+                        Purpose::Dark => [0.0; 3],
+                        Purpose::Sample | Purpose::Again => OWN_READING,
+                    };
+                    let recorded = driver.record(index, Reading::new(brdf));
                     recorded.map_err(|error| io::Error::other(error.to_string()))?;
                 }
                 Action::Failed(failure) => return Err(io::Error::other(failure.to_string())),

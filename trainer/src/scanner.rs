@@ -10,11 +10,8 @@ use std::path::Path;
 use glimpse_core::error::ErrorCode;
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use glimpse_core::gonio::Reading;
-use glimpse_core::link::{
-    FRAME_BYTES, FailureReport, PROTOCOL, RecipeBytes, Reply, Request, Server,
-};
+use glimpse_core::link::{FRAME_BYTES, FailureReport, HostEnd, PROTOCOL, Purpose, Reply, Request};
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::loss::loss_between;
@@ -177,7 +174,7 @@ impl ScanState {
     }
 
     /// Accepts a reading that the device saved, if it equals the reading that the device received.
-    fn accept_saved(&mut self, index: u16, reading: Reading) -> Reply {
+    fn accept_restored(&mut self, index: u16, reading: Reading) -> Reply {
         let bits = |reading: Reading| reading.brdf.map(f32::to_bits);
         match self.previous.get(&index) {
             Some(previous)
@@ -187,7 +184,7 @@ impl ScanState {
                 self.readings.insert(index, *previous);
                 Reply::Accepted
             }
-            _ => Reply::Refused(ErrorCode::RefusedSaved),
+            _ => Reply::Refused(ErrorCode::RefusedRestored),
         }
     }
 }
@@ -203,11 +200,10 @@ enum Outcome {
 pub struct VirtualScanner<'a> {
     material: Option<&'a dyn Material>,
     noise: ScannerNoise,
-    server: Server,
+    end: HostEnd,
     scan: Option<ScanState>,
     /// The number of scans that devices have started.
     scan_count: u64,
-    recipe: Option<Vec<u8>>,
 }
 
 impl<'a> VirtualScanner<'a> {
@@ -227,18 +223,10 @@ impl<'a> VirtualScanner<'a> {
         Self {
             material: None,
             noise: ScannerNoise::default(),
-            server: Server::new(),
+            end: HostEnd::new(),
             scan: None,
             scan_count: 0,
-            recipe: None,
         }
-    }
-
-    /// Offers a recipe to devices that can store one.
-    #[must_use]
-    pub fn with_recipe(self, recipe: Vec<u8>) -> Self {
-        let recipe = Some(recipe);
-        Self { recipe, ..self }
     }
 
     /// Returns a reading by its index in the scan; None without a material. A repeated reading has the same noise.
@@ -269,13 +257,13 @@ impl<'a> VirtualScanner<'a> {
             // Bytes after a request can only repeat the same request.
             for byte in &bytes[..count] {
                 let mut outcome = Outcome::Continue;
-                let mut server = std::mem::take(&mut self.server);
-                let reply = server.answer(*byte, &mut frame, |request| {
+                let mut end = std::mem::take(&mut self.end);
+                let reply = end.answer(*byte, &mut frame, |request| {
                     let reply;
                     (reply, outcome) = self.handle_request(request);
                     Some(reply)
                 });
-                self.server = server;
+                self.end = end;
                 if let Some(reply) = reply {
                     stream.write_all(reply)?;
                     stream.flush()?;
@@ -318,8 +306,17 @@ impl<'a> VirtualScanner<'a> {
                 );
             }
             (_, None) => Reply::Refused(ErrorCode::RefusedNoScan),
-            (Request::Saved { index, reading }, Some(scan)) => scan.accept_saved(index, reading),
-            (Request::Measure { index, directions }, Some(_)) => self.measure(index, directions),
+            (Request::Restored { index, reading }, Some(scan)) => {
+                scan.accept_restored(index, reading)
+            }
+            (
+                Request::Measure {
+                    purpose,
+                    index,
+                    directions,
+                },
+                Some(_),
+            ) => self.measure(purpose, index, directions),
             (Request::Progress(_), Some(_)) => Reply::Accepted,
             (
                 Request::Values {
@@ -328,7 +325,7 @@ impl<'a> VirtualScanner<'a> {
                     values,
                 },
                 Some(scan),
-            ) => scan.receive(offset, total, values.as_slice()),
+            ) => scan.receive(offset, total, &values),
             (Request::Finished(residual), Some(scan)) => {
                 if scan.is_complete() {
                     let report = ScanReport {
@@ -343,39 +340,22 @@ impl<'a> VirtualScanner<'a> {
                 }
                 Reply::Refused(ErrorCode::RefusedValues)
             }
-            (Request::Update, Some(_)) => self.offer_recipe(),
-            (Request::RecipePart { offset }, Some(_)) => self.recipe_part(offset),
             (_, Some(_)) => Reply::Refused(ErrorCode::RefusedRequest),
         };
         (reply, Outcome::Continue)
     }
 
-    /// Returns the size and checksum of the offered recipe, if there is one.
-    fn offer_recipe(&self) -> Reply {
-        let recipe = self.recipe.as_deref().unwrap_or_default();
-        match Recipe::parse(recipe) {
-            Ok(parsed) => Reply::Recipe {
-                bytes: recipe.len() as u32,
-                checksum: parsed.checksum(),
-            },
-            Err(_) => Reply::Accepted,
-        }
-    }
-
-    /// Returns a part of the offered recipe, from `offset` on.
-    fn recipe_part(&self, offset: u32) -> Reply {
-        let rest = self.recipe.iter().flatten().skip(offset as usize);
-        let bytes = RecipeBytes::take_from(rest.copied());
-        Reply::RecipePart { offset, bytes }
-    }
-
-    fn measure(&mut self, index: u16, directions: Directions<f32>) -> Reply {
+    fn measure(&mut self, purpose: Purpose, index: u16, directions: Directions<f32>) -> Reply {
         let Some(angles) = angles_of(&directions) else {
             return Reply::Refused(ErrorCode::RefusedDirections);
         };
         let Some(reading) = self.read(index, angles) else {
             return Reply::Refused(ErrorCode::RefusedRequest);
         };
+        if purpose == Purpose::Dark {
+            let reading = Reading::new([0.0; 3]);
+            return Reply::Measured { index, reading };
+        }
         let scan_reading = ScanReading {
             directions,
             angles,

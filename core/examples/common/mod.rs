@@ -1,6 +1,6 @@
 //! A simulated material and flash for the examples.
 
-#![allow(dead_code)] // each example uses a part
+#![allow(dead_code, unreachable_pub)] // each example uses a part, and tests another
 
 use std::f32::consts::FRAC_1_PI;
 

@@ -134,7 +134,7 @@ fn indices(requests: &[Request]) -> (Vec<u16>, Vec<u16>) {
     let (mut saved, mut requested) = (Vec::new(), Vec::new());
     for request in requests {
         match request {
-            Request::Saved { index, .. } => saved.push(*index),
+            Request::Restored { index, .. } => saved.push(*index),
             Request::Measure { index, .. } => requested.push(*index),
             _ => {}
         }

@@ -7,9 +7,10 @@ use std::time::Duration;
 use glimpse_core::driver::Host;
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::{Directions, HalfDifference};
-use glimpse_core::link::{FailureReport, PROTOCOL, Reply, Request};
+use glimpse_core::link::{FailureReport, PROTOCOL, Purpose, Reply, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{Evidence, Residual};
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Brdf, FittedMaterial, Material, Procedural};
 use glimpse_tests::RECIPE;
@@ -145,7 +146,17 @@ fn scan_over_noisy_line(fault: Fault, rate: f64) {
 fn assert_correct(report: &ScanReport) {
     let (values, residual) = fit(RECIPE, &report.readings);
     assert_eq!(report.values, values);
-    assert_eq!(report.residual, residual);
+    // A scanner without noise does not drift.
+    let Evidence { dark, drift, .. } = report.residual.evidence;
+    assert_eq!((dark, drift), (Some(0.0), Some(0.0)));
+    let evidence = Evidence::default();
+    assert_eq!(
+        Residual {
+            evidence,
+            ..report.residual
+        },
+        residual
+    );
     for reading in &report.readings {
         assert_eq!(reading.reading.brdf, material().at_angles(reading.angles));
     }
@@ -185,6 +196,7 @@ fn refuses_invalid_requests() {
     });
     let mut device = Device::new(device, REPLY_TIMEOUT).unwrap();
     let measure = |incoming| Request::Measure {
+        purpose: Purpose::Sample,
         index: 0,
         directions: Directions {
             incoming,
@@ -229,12 +241,15 @@ fn saved_readings_are_accepted_only_if_unchanged() {
             outgoing: [0.6, 0.0, 0.8],
         };
         let index = 0;
-        let saved = |reading| Request::Saved { index, reading };
-        let refused = Reply::Refused(ErrorCode::RefusedSaved);
+        let saved = |reading| Request::Restored { index, reading };
+        let refused = Reply::Refused(ErrorCode::RefusedRestored);
         device.request(&hello(PROTOCOL)).unwrap();
-        let reply = device
-            .request(&Request::Measure { index, directions })
-            .unwrap();
+        let measure = Request::Measure {
+            purpose: Purpose::Sample,
+            index,
+            directions,
+        };
+        let reply = device.request(&measure).unwrap();
         let Reply::Measured { reading, .. } = reply else {
             panic!("{reply:?}")
         };
@@ -247,7 +262,7 @@ fn saved_readings_are_accepted_only_if_unchanged() {
         altered = reading;
         altered.saturated = true;
         assert_eq!(device.request(&saved(altered)).unwrap(), refused);
-        let other_sample = Request::Saved { index: 1, reading };
+        let other_sample = Request::Restored { index: 1, reading };
         assert_eq!(device.request(&other_sample).unwrap(), refused);
         assert_eq!(device.request(&saved(reading)).unwrap(), Reply::Accepted);
         // After a second reset, the reading is accepted again. With another recipe, it is refused.

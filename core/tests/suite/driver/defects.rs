@@ -260,7 +260,7 @@ fn result_states_room_light_drift_saturation_and_old_readings() {
     }
     let evidence = result(drifting, &[], all).evidence;
     assert!(
-        (evidence.drift.unwrap() - 0.077).abs() < 1e-3,
+        (evidence.drift.unwrap() - 0.071).abs() < 1e-3,
         "{evidence:?}"
     );
 }

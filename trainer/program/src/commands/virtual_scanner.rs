@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, ensure};
 use clap::Args;
+use glimpse_core::scan::Evidence;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{FittedMaterial, Material, Source};
 use glimpse_trainer::measurement::{AngleArgs, AngleTable};
@@ -47,8 +48,7 @@ pub(crate) struct VirtualScanner {
     /// [default: 0]
     #[arg(long, value_name = "S", value_parser = nonnegative, requires = "material")]
     noise: Option<f32>,
-    /// Recipe file, offered to devices that can store one; for the model linear, its basis is used
-    /// to compute the loss
+    /// Recipe file of the device, whose basis the model linear needs
     #[arg(long, value_name = "FILE.recipe")]
     recipe: Option<PathBuf>,
     /// Exit after one completed scan
@@ -103,7 +103,6 @@ impl VirtualScanner {
             let recipe = named.file.recipe();
             warn_of_overlap(&recipe, &materials)?;
             basis = named.basis.map(|basis| (recipe.checksum(), basis));
-            scanner = scanner.with_recipe(named.file.bytes().to_vec());
         }
         let listener = TcpListener::bind(self.listen)
             .with_context(|| format!("cannot listen on {}", self.listen))?;
@@ -164,8 +163,21 @@ impl VirtualScanner {
                 "loss unknown (give the device's recipe, with its basis, as --recipe)".to_owned()
             }
         };
+        let percent = |name, part: Option<f32>| match part {
+            Some(part) => format!(", {name} {:.1} %", 100.0 * part),
+            None => format!(", {name} not checked"),
+        };
+        let Evidence {
+            dark,
+            drift,
+            restored,
+        } = residual.evidence;
+        let mut evidence = percent("light with the lamp off", dark) + &percent("drift", drift);
+        if restored > 0 {
+            evidence += &format!(", {restored} readings from before a restart of the device");
+        }
         print(&format!(
-            "{}: {loss_text}; residual {:.5}, worst {:.5} at sample {}, {} saturated{}\n",
+            "{}: {loss_text}; residual {:.5}, worst {:.5} at sample {}, {} saturated{evidence}{}\n",
             name,
             residual.mean,
             residual.worst,
