@@ -23,12 +23,12 @@ use glimpse_core::gonio::{Calibration, Footprint, Machine};
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::{Recipe, max_samples, memory_words};
 use glimpse_core::scan::Scan;
-use glimpse_embassy::{
+use glimpse_scanner::axis::{Axis, Settings};
+use glimpse_scanner::goniometer::Goniometer;
+use glimpse_scanner::store::{Layout, Store};
+use glimpse_scanner::{
     Button, ColorSensor, Command, Event, FlashMemory, Operator, Steppers, fault, run,
 };
-use glimpse_motion::axis::{Axis, Settings};
-use glimpse_motion::goniometer::Goniometer;
-use glimpse_motion::store::{Layout, Store};
 use static_cell::StaticCell;
 
 /// The recipe of build.rs.

@@ -3,14 +3,12 @@
 use std::array;
 use std::f32::consts::{PI, TAU};
 
-use glimpse_motion::MotionError::*;
-use glimpse_motion::axis::Settings;
-use glimpse_motion::goniometer::Progress::{self, Homed};
-use glimpse_motion::goniometer::StepCheck::{Lost, Passed, Unknown};
-use glimpse_motion::route::{AxisAngles, Space};
-use glimpse_motion::simulation::{
-    Arms, Machine, Wiring::*, go_to, home, separation, settings, settle,
-};
+use glimpse_desk::{Arms, Machine, Wiring::*, go_to, home, separation, settings, settle};
+use glimpse_scanner::MotionError::*;
+use glimpse_scanner::axis::Settings;
+use glimpse_scanner::goniometer::Progress::{self, Homed};
+use glimpse_scanner::goniometer::StepCheck::{Lost, Passed, Unknown};
+use glimpse_scanner::route::{AxisAngles, Space};
 
 const SEPARATION: f32 = 0.08;
 const TARGET: AxisAngles = [1.0, 0.0, 0.5, 0.0];

@@ -1,12 +1,12 @@
 //! Arms and sensor.
 
+use crate::MotionError;
+use crate::goniometer::{Goniometer, Progress, StepCheck};
 use embassy_time::{Instant, Timer};
 use embedded_hal::digital::{InputPin, OutputPin};
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::ArmAngles;
 use glimpse_core::gonio::Reading;
-use glimpse_motion::MotionError;
-use glimpse_motion::goniometer::{Goniometer, Progress, StepCheck};
 
 /// Arms and sensor.
 ///

@@ -1,17 +1,17 @@
 //! A simulated machine. Its arms respond to edges on their pins only.
 
-use core::array;
-use core::cell::Cell;
-use core::f32::consts::{FRAC_PI_2, PI, TAU};
+use std::array;
+use std::cell::Cell;
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use embedded_hal::digital::{ErrorKind, ErrorType, InputPin, OutputPin};
 use glimpse_core::geometry::{ArmAngles, Spherical};
 
-use crate::MotionError;
-use crate::axis::{Axis, Settings};
-use crate::goniometer::Progress::{self, Homed};
-use crate::goniometer::{Goniometer, StepCheck};
-use crate::route::AxisAngles;
+use glimpse_scanner::MotionError;
+use glimpse_scanner::axis::{Axis, Settings};
+use glimpse_scanner::goniometer::Progress::{self, Homed};
+use glimpse_scanner::goniometer::{Goniometer, StepCheck};
+use glimpse_scanner::route::AxisAngles;
 
 /// Reads for which a contact bounces after each change.
 const BOUNCES: u32 = 8;

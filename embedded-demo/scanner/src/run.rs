@@ -3,6 +3,7 @@
 use core::future::{Future, pending};
 use core::pin::pin;
 
+use crate::goniometer::StepCheck;
 use embassy_futures::select::{Either, Either3, select, select3};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
@@ -12,7 +13,6 @@ use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::ScanModel;
 use glimpse_core::geometry::ArmAngles;
 use glimpse_core::scan::Scan;
-use glimpse_motion::goniometer::StepCheck;
 
 use crate::machine::Machine;
 use crate::memory::Memory;

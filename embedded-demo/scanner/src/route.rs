@@ -35,8 +35,8 @@ pub(crate) const HOMING_ORDER: [usize; 4] = [2, 0, 1, 3];
 ///
 /// ```
 /// use core::f32::consts::PI;
-/// use glimpse_motion::MotionError::NoSafeRoute;
-/// use glimpse_motion::{axis::Settings, route::Space};
+/// use glimpse_scanner::MotionError::NoSafeRoute;
+/// use glimpse_scanner::{axis::Settings, route::Space};
 ///
 /// let axis = |home, min_angle, max_angle| Settings {
 ///     steps_per_radian: 2000.0, speed: 4000.0, acceleration: 20_000.0, homing_speed: 500.0,
@@ -56,7 +56,7 @@ pub(crate) const HOMING_ORDER: [usize; 4] = [2, 0, 1, 3];
 /// let space = Space::new([lamp, fixed, sensor, fixed], 0.2)?;
 /// assert!(space.route(start, [0.5, 0.0, 1.2, 0.0]).is_ok());
 /// assert_eq!(space.route(start, crossed).err(), Some(NoSafeRoute));
-/// # Ok::<(), glimpse_motion::MotionError>(())
+/// # Ok::<(), glimpse_scanner::MotionError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Space {
