@@ -9,7 +9,6 @@
 pub mod axis;
 mod button;
 mod color_sensor;
-mod error;
 pub mod goniometer;
 mod machine;
 mod memory;
@@ -20,8 +19,7 @@ pub mod store;
 
 pub use button::Button;
 pub use color_sensor::ColorSensor;
-pub use error::MotionError;
-pub use machine::{Machine, Sensor, Steppers, fault};
+pub use machine::{Machine, Sensor, Steppers};
 pub use memory::{FlashMemory, Memory};
 pub use operator::{Command, Event, Operator};
 pub use run::run;

@@ -8,7 +8,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use embassy_time::MockDriver;
 
 pub use arms::{
-    Arm, Arms, Fault, Machine, Pin, TestAxis, Wiring, go_to, home, separation, settings, settle,
+    Arm, Arms, Machine, Pin, TestAxis, Wiring, go_to, home, separation, settings, settle,
 };
 pub use flash::{Effect, Flash, SECTOR_BYTES, effects};
 
