@@ -23,12 +23,10 @@ use glimpse_core::gonio::{Calibration, Footprint, Machine};
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::{Recipe, max_samples, memory_words};
 use glimpse_core::scan::Scan;
-use glimpse_embassy::{
-    Button, ColorSensor, Command, Event, FlashMemory, Operator, Steppers, fault, run,
-};
-use glimpse_motion::axis::{Axis, Settings};
-use glimpse_motion::goniometer::Goniometer;
-use glimpse_motion::store::{Layout, Store};
+use glimpse_scanner::axis::{Axis, Settings};
+use glimpse_scanner::goniometer::Goniometer;
+use glimpse_scanner::store::{Layout, Store};
+use glimpse_scanner::{Button, ColorSensor, Command, Event, FlashMemory, Operator, Steppers, run};
 use static_cell::StaticCell;
 
 /// The recipe of build.rs.
@@ -172,16 +170,14 @@ where
     let mut flash = FlashMemory::new(store, &recipe)?;
     let [theta_i, phi_i, theta_o, phi_o] = board.axes;
     let [lamp, lamp_azimuth, sensor, sensor_azimuth] = AXES;
-    let axis = |number, (step, direction, switch), settings| {
-        Axis::new(step, direction, switch, settings).map_err(|error| fault(number, error))
-    };
+    let axis = |(step, direction, switch), settings| Axis::new(step, direction, switch, settings);
     let axes = [
-        axis(0, theta_i, lamp)?,
-        axis(1, phi_i, lamp_azimuth)?,
-        axis(2, theta_o, sensor)?,
-        axis(3, phi_o, sensor_azimuth)?,
+        axis(theta_i, lamp),
+        axis(phi_i, lamp_azimuth),
+        axis(theta_o, sensor),
+        axis(phi_o, sensor_azimuth),
     ];
-    let arms = Goniometer::new(axes, MIN_SEPARATION, None).map_err(|error| fault(0, error))?;
+    let arms = Goniometer::new(axes, MIN_SEPARATION, None)?;
     let mut config = Config::new(Host::Listens);
     config.machine = Some(Machine::new(arms.limits()));
     config.sequence_seed = boots;

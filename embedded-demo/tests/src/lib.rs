@@ -1,15 +1,24 @@
-//! A simulated machine and flash, with faults: for tests of firmware on a host.
-
-#![allow(clippy::panic, clippy::indexing_slicing)]
-#![allow(clippy::unwrap_used, clippy::expect_used)]
+//! A simulated scanner on a desk: arms and flash, with faults, and a clock that tests advance.
 
 mod arms;
 mod flash;
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use embassy_time::MockDriver;
+
 pub use arms::{
-    Arm, Arms, Fault, Machine, Pin, TestAxis, Wiring, go_to, home, separation, settings, settle,
+    Arm, Arms, Machine, Pin, TestAxis, Wiring, go_to, home, separation, settings, settle,
 };
 pub use flash::{Effect, Flash, SECTOR_BYTES, effects};
+
+/// Sets the clock to 0. All tests of a program share it, so only one has it at a time.
+pub fn take_clock() -> MutexGuard<'static, ()> {
+    static CLOCK: Mutex<()> = Mutex::new(());
+    let clock = CLOCK.lock().unwrap_or_else(PoisonError::into_inner);
+    MockDriver::get().reset();
+    clock
+}
 
 /// A generator of random numbers.
 #[derive(Clone, Copy, Debug)]

@@ -1,8 +1,7 @@
 //! A normally closed switch with a debounced contact.
 
 use embedded_hal::digital::InputPin;
-
-use crate::error::MotionError;
+use glimpse_core::error::{Error, ErrorCode};
 
 /// Time for which the contact must be stable, us. Contacts of microswitches bounce for less.
 const DEBOUNCE_US: u32 = 5_000;
@@ -40,9 +39,9 @@ impl<H: InputPin> Switch<H> {
 
     /// Reads the contact. `elapsed_us` is the time since the last call. Returns true if the contact is open, and None
     /// while it bounces.
-    pub(super) fn poll(&mut self, elapsed_us: u32) -> Result<Option<bool>, MotionError> {
+    pub(super) fn poll(&mut self, elapsed_us: u32) -> Result<Option<bool>, Error> {
         let elapsed_us = elapsed_us.min(MAX_ELAPSED_US);
-        let is_open = self.pin.is_high().map_err(|_| MotionError::Pin)?;
+        let is_open = self.pin.is_high().map_err(|_| Error::new(ErrorCode::Pin))?;
         self.stable = match self.level.replace(is_open) == Some(is_open) {
             true => self.stable.saturating_add(elapsed_us),
             false => 0,
@@ -53,7 +52,7 @@ impl<H: InputPin> Switch<H> {
         }
         self.bouncing = self.bouncing.saturating_add(elapsed_us);
         if self.bouncing >= MAX_BOUNCE_US {
-            return Err(MotionError::SwitchBounces);
+            return Err(Error::new(ErrorCode::SwitchBounces));
         }
         Ok(None)
     }

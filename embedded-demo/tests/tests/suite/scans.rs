@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::future::{Future, pending};
 use std::pin::pin;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::MutexGuard;
 use std::task::{Context, Waker};
 
 use embassy_time::{Duration, Instant, MockDriver, Timer};
@@ -18,11 +18,11 @@ use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Reply, Request, Server};
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::{Recipe, memory_words};
 use glimpse_core::scan::Scan;
-use glimpse_embassy::{Command, Event, FlashMemory, Operator, Sensor, Steppers, run};
-use glimpse_motion::simulation::{Effect, Flash, Machine, SECTOR_BYTES};
-use glimpse_motion::store::{Layout, Store};
+use glimpse_desk::{Effect, Flash, Machine, SECTOR_BYTES, take_clock};
+use glimpse_scanner::store::{Layout, Store};
+use glimpse_scanner::{Command, Event, FlashMemory, Operator, Sensor, Steppers, run};
 
-static RECIPE: &[u8] = include_bytes!("../../../trainer/recipes/completed/neural-n8.recipe");
+static RECIPE: &[u8] = include_bytes!("../../../../trainer/recipes/completed/neural-n8.recipe");
 const SEPARATION: f32 = 0.08;
 const LAYOUT: Layout = Layout {
     start: 0,
@@ -51,16 +51,13 @@ struct Desk {
     failures: RefCell<Vec<Error>>,
     unsaved: Cell<usize>,
     host: RefCell<Computer>,
-    _time: MutexGuard<'static, ()>,
+    _clock: MutexGuard<'static, ()>,
 }
 
 impl Desk {
     fn new() -> Self {
-        // All tests share the clock.
-        static TIME: Mutex<()> = Mutex::new(());
-        let time = TIME.lock().unwrap_or_else(PoisonError::into_inner);
-        MockDriver::get().reset();
         Self {
+            _clock: take_clock(),
             machine: Machine::new([900, 3000, 700, 5000]),
             flash: RefCell::new(Flash::new()),
             commands: RefCell::default(),
@@ -71,7 +68,6 @@ impl Desk {
             failures: RefCell::default(),
             unsaved: Cell::new(0),
             host: RefCell::default(),
-            _time: time,
         }
     }
 

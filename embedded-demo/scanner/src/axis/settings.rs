@@ -2,9 +2,8 @@
 
 use core::f32::consts::TAU;
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::Limits;
-
-use crate::error::MotionError;
 
 /// The largest step count: `f32` represents the angles of all steps up to it.
 const MAX_STEPS: f32 = 4_194_304.0;
@@ -42,8 +41,8 @@ impl Settings {
     /// Checks the ranges of all fields.
     ///
     /// # Errors
-    /// [`MotionError::Settings`] with the name of the first field that is NaN or out of range.
-    pub fn validate(&self) -> Result<(), MotionError> {
+    /// [`ErrorCode::AxisSettings`] with the name of the first field that is NaN or out of range.
+    pub fn validate(&self) -> Result<(), Error> {
         // These forms of the conditions reject NaN too.
         let is_positive = |value: f32| value > 0.0 && value.is_finite();
         let is_countable = |angle: f32| libm::fabsf(angle * self.steps_per_radian) <= MAX_STEPS;
@@ -63,7 +62,9 @@ impl Settings {
             ("tolerance", tolerances.contains(&self.tolerance)),
         ];
         let invalid = checks.into_iter().find(|(_, is_valid)| !is_valid);
-        invalid.map_or(Ok(()), |(field, _)| Err(MotionError::Settings(field)))
+        invalid.map_or(Ok(()), |(field, _)| {
+            Err(Error::in_field(ErrorCode::AxisSettings, field))
+        })
     }
 
     /// Returns the step nearest to an angle in radians.
@@ -80,12 +81,13 @@ impl Settings {
     /// [`Limits::TOLERANCE`] at a limit.
     ///
     /// # Errors
-    /// [`MotionError::OutOfReach`] for NaN and for angles out of reach.
-    pub fn reach(&self, angle: f32) -> Result<f32, MotionError> {
+    /// [`ErrorCode::AxisReach`] for NaN and for angles out of reach.
+    pub fn reach(&self, angle: f32) -> Result<f32, Error> {
         let reachable = self.min_angle - Limits::TOLERANCE..=self.max_angle + Limits::TOLERANCE;
         let mut turned = [angle, angle - TAU, angle + TAU].into_iter();
         let turned = turned.find(|angle| reachable.contains(angle));
-        Ok(self.clamp(turned.ok_or(MotionError::OutOfReach(angle))?))
+        let error = Error::with(ErrorCode::AxisReach, [0, angle.to_bits()]);
+        Ok(self.clamp(turned.ok_or(error)?))
     }
 
     /// Returns the angle within the limits that is nearest to this one.

@@ -13,8 +13,8 @@ mod switch;
 pub use settings::Settings;
 
 use embedded_hal::digital::{InputPin, OutputPin};
+use glimpse_core::error::{Error, ErrorCode};
 
-use crate::error::MotionError;
 use switch::Switch;
 
 /// Minimum time for which the step pin stays high, µs. Common drivers need 2 µs.
@@ -35,6 +35,14 @@ enum Task {
     Release(i32),
     /// Approach the switch slowly, with this number of steps left.
     Approach(i32),
+}
+
+/// Returns a function that adds the number of an axis to its error.
+pub(crate) fn of_axis(number: u32) -> impl Fn(Error) -> Error {
+    move |error| Error {
+        details: [number, error.details[1]],
+        ..error
+    }
 }
 
 /// An axis with its pins.
@@ -59,13 +67,10 @@ pub struct Axis<S, D, H> {
 }
 
 impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
-    /// Creates an axis at an unknown position. The switch pulls its pin low while it is closed; the arm opens it.
-    ///
-    /// # Errors
-    /// [`MotionError::Settings`].
-    pub fn new(step: S, direction: D, switch: H, settings: Settings) -> Result<Self, MotionError> {
-        settings.validate()?;
-        Ok(Self {
+    /// Creates an axis at an unknown position. The switch pulls its pin low while it is closed; the arm opens it. A
+    /// [`Goniometer`](crate::goniometer::Goniometer) validates the settings, and moves the axis.
+    pub fn new(step: S, direction: D, switch: H, settings: Settings) -> Self {
+        Self {
             step,
             direction,
             switch: Switch::new(switch),
@@ -78,7 +83,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
             upwards: None,
             since_step_us: 0,
             interval_us: 0,
-        })
+        }
     }
 
     /// Returns the angle according to the step count, radians. None if the position is unknown.
@@ -105,14 +110,14 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
     ///
     /// # Errors
     /// If the axis is moving or not homed, or the angle is NaN or out of reach.
-    pub fn go_to(&mut self, angle: f32) -> Result<(), MotionError> {
+    pub fn go_to(&mut self, angle: f32) -> Result<(), Error> {
         let mut to = self.settings.steps(angle);
         if angle.is_nan() || to != self.position {
             to = self.settings.steps(self.settings.reach(angle)?);
         }
         match self.homed {
             true => self.begin(Task::Move(self.position, to)),
-            false => Err(MotionError::NotHomed),
+            false => Err(Error::new(ErrorCode::NotHomed)),
         }
     }
 
@@ -121,16 +126,16 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
     ///
     /// # Errors
     /// If the axis is moving.
-    pub fn home(&mut self) -> Result<(), MotionError> {
+    pub fn home(&mut self) -> Result<(), Error> {
         // If the switch is open, the axis first leaves it.
         self.begin(Task::Release(self.settings.margin(RELEASE)))?;
         self.count_error = None;
         Ok(())
     }
 
-    fn begin(&mut self, task: Task) -> Result<(), MotionError> {
+    fn begin(&mut self, task: Task) -> Result<(), Error> {
         if self.task != Task::Idle {
-            return Err(MotionError::Moving);
+            return Err(Error::new(ErrorCode::Moving));
         }
         self.task = task;
         self.interval_us = 0;
@@ -147,11 +152,11 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
     ///
     /// # Errors
     /// The error of the axis. It is stopped and must be homed again.
-    pub fn poll(&mut self, elapsed_us: u32) -> Result<bool, MotionError> {
+    pub fn poll(&mut self, elapsed_us: u32) -> Result<bool, Error> {
         self.advance(elapsed_us).inspect_err(|_| self.stop())
     }
 
-    fn advance(&mut self, elapsed_us: u32) -> Result<bool, MotionError> {
+    fn advance(&mut self, elapsed_us: u32) -> Result<bool, Error> {
         self.since_step_us = self.since_step_us.saturating_add(elapsed_us);
         let is_open = match self.task {
             Task::Idle => None,
@@ -159,7 +164,9 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         };
         if self.is_step_high {
             if self.since_step_us >= MIN_PULSE_US {
-                self.step.set_low().map_err(|_| MotionError::Pin)?;
+                self.step
+                    .set_low()
+                    .map_err(|_| Error::new(ErrorCode::Pin))?;
                 self.is_step_high = false;
             }
             return Ok(true);
@@ -174,7 +181,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
 
     /// Returns the direction of the next step, and sets its time in `interval_us`. None if the task is complete, has
     /// changed to its next phase, or waits for a bouncing contact.
-    fn next_step(&mut self, is_open: Option<bool>) -> Result<Option<bool>, MotionError> {
+    fn next_step(&mut self, is_open: Option<bool>) -> Result<Option<bool>, Error> {
         let settings = &self.settings;
         let away = settings.is_home_low();
         let distance = settings.distance(self.position);
@@ -184,11 +191,12 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
             (Task::Move(from, _), None) if self.position == from => return Ok(None),
             (Task::Move(from, to), _) => {
                 if is_open == Some(true) && distance > settings.margin(HYSTERESIS) {
-                    return Err(MotionError::SwitchOpened(distance));
+                    let details = [0, distance.cast_unsigned()];
+                    return Err(Error::with(ErrorCode::SwitchOpened, details));
                 }
                 return Ok(self.next_ramp_step(from, to));
             }
-            (Task::Release(0), Some(true)) => return Err(MotionError::HomeStuck),
+            (Task::Release(0), Some(true)) => return Err(Error::new(ErrorCode::SwitchStuck)),
             (Task::Release(steps), Some(true)) => self.task = Task::Release(steps - 1),
             (Task::Release(steps), Some(false)) => {
                 let released = settings.margin(RELEASE) - steps;
@@ -199,7 +207,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
                 });
                 return Ok(None);
             }
-            (Task::Approach(0), Some(false)) => return Err(MotionError::HomeNotFound),
+            (Task::Approach(0), Some(false)) => return Err(Error::new(ErrorCode::SwitchNotFound)),
             (Task::Approach(steps), Some(false)) => self.task = Task::Approach(steps - 1),
             (Task::Approach(_), Some(true)) => {
                 let home = settings.steps(settings.home);
@@ -228,15 +236,17 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
     }
 
     /// Raises the step pin. If the direction changes, only sets the direction pin: the step follows in the next poll.
-    fn step(&mut self, upwards: bool) -> Result<(), MotionError> {
+    fn step(&mut self, upwards: bool) -> Result<(), Error> {
         if self.upwards != Some(upwards) {
             let level = upwards != self.settings.reversed;
             let set = self.direction.set_state(level.into());
-            set.map_err(|_| MotionError::Pin)?;
+            set.map_err(|_| Error::new(ErrorCode::Pin))?;
             self.upwards = Some(upwards);
             return Ok(());
         }
-        self.step.set_high().map_err(|_| MotionError::Pin)?;
+        self.step
+            .set_high()
+            .map_err(|_| Error::new(ErrorCode::Pin))?;
         self.is_step_high = true;
         self.since_step_us = 0;
         self.position += if upwards { 1 } else { -1 };

@@ -2,10 +2,10 @@
 
 use std::array;
 
-use glimpse_motion::goniometer::{Progress, StepCheck};
-use glimpse_motion::route::{AxisAngles, Space};
-use glimpse_motion::simulation::Random;
-use glimpse_motion::simulation::{Machine, separation, settings, settle};
+use glimpse_desk::Random;
+use glimpse_desk::{Machine, separation, settings, settle};
+use glimpse_scanner::goniometer::{Progress, StepCheck};
+use glimpse_scanner::route::{AxisAngles, Space};
 
 /// Rounding error of an angle between directions in `f32`, radians.
 const ROUNDING: f32 = 1e-5;

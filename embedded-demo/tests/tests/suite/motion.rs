@@ -3,14 +3,12 @@
 use std::array;
 use std::f32::consts::{PI, TAU};
 
-use glimpse_motion::MotionError::*;
-use glimpse_motion::axis::Settings;
-use glimpse_motion::goniometer::Progress::{self, Homed};
-use glimpse_motion::goniometer::StepCheck::{Lost, Passed, Unknown};
-use glimpse_motion::route::{AxisAngles, Space};
-use glimpse_motion::simulation::{
-    Arms, Machine, Wiring::*, go_to, home, separation, settings, settle,
-};
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_desk::{Arms, Machine, Wiring::*, go_to, home, separation, settings, settle};
+use glimpse_scanner::axis::Settings;
+use glimpse_scanner::goniometer::Progress::{self, Homed};
+use glimpse_scanner::goniometer::StepCheck::{Lost, Passed, Unknown};
+use glimpse_scanner::route::{AxisAngles, Space};
 
 const SEPARATION: f32 = 0.08;
 const TARGET: AxisAngles = [1.0, 0.0, 0.5, 0.0];
@@ -51,26 +49,27 @@ fn arms_home_and_reach_targets() {
 fn refused_moves_move_nothing() {
     let machine = Machine::new([1; 4]);
     let mut arms = machine.arms(SEPARATION, None);
-    assert_eq!(arms.go_to(TARGET), Err(NotHomed));
+    assert_eq!(arms.go_to(TARGET), Err(Error::new(ErrorCode::NotHomed)));
     assert_rest(&machine, &mut arms);
     home(&mut arms).unwrap();
     for axis in 0..4 {
         for angle in [f32::NAN, f32::INFINITY, -f32::INFINITY, 9.5, -9.5] {
             let mut target = TARGET;
             target[axis] = angle;
-            assert!(matches!(arms.go_to(target), Err(OutOfReach(_))));
+            let details = [axis as u32, angle.to_bits()];
+            let error = Error::with(ErrorCode::AxisReach, details);
+            assert_eq!(arms.go_to(target), Err(error));
         }
     }
     assert_rest(&machine, &mut arms);
     arms.go_to(TARGET).unwrap();
-    assert_eq!([arms.go_to(TARGET), arms.home()], [Err(Moving); 2]);
+    assert_eq!(
+        [arms.go_to(TARGET), arms.home()],
+        [Err(Error::new(ErrorCode::Moving)); 2]
+    );
     arms.stop();
-    assert_eq!(arms.go_to(TARGET), Err(NotHomed));
+    assert_eq!(arms.go_to(TARGET), Err(Error::new(ErrorCode::NotHomed)));
     assert_rest(&machine, &mut arms);
-
-    // A single axis at step 0, to which NaN would be rounded.
-    let error = machine.axis(0, settings(0)).unwrap().go_to(f32::NAN);
-    assert!(matches!(error, Err(OutOfReach(_))));
 }
 
 #[test]
@@ -96,17 +95,27 @@ fn invalid_settings_are_refused() {
         });
         invalid.extend(changed);
     }
-    for changed in invalid {
-        let error = Machine::default().axis(0, changed).err();
-        assert!(matches!(error, Some(Settings(_))));
-    }
     let axes = array::from_fn(settings);
-    for min_separation in [f32::NAN, -0.1, 4.0] {
-        assert!(matches!(Space::new(axes, min_separation), Err(Limits(_))));
+    let code = |axes, min_separation| {
+        Space::new(axes, min_separation)
+            .err()
+            .map(|error| error.code)
+    };
+    for changed in invalid {
+        let mut axes = axes;
+        axes[1] = changed;
+        let error = Space::new(axes, SEPARATION).unwrap_err();
+        assert_eq!(
+            (error.code, error.details),
+            (ErrorCode::AxisSettings, [1, 0])
+        );
     }
-    assert_eq!(Space::new(axes, 1.5), Err(HomeTooClose));
+    for min_separation in [f32::NAN, -0.1, 4.0] {
+        assert_eq!(code(axes, min_separation), Some(ErrorCode::Limits));
+    }
+    assert_eq!(code(axes, 1.5), Some(ErrorCode::HomeTooClose));
     let swapped = [axes[2], axes[1], axes[0], axes[3]];
-    assert_eq!(Space::new(swapped, SEPARATION), Err(HomeTooClose));
+    assert_eq!(code(swapped, SEPARATION), Some(ErrorCode::HomeTooClose));
 }
 
 /// A ramp up to 4000 steps/s at 20,000 steps/s² and down again. Late polls slow the arms, but lose no steps.
@@ -139,7 +148,7 @@ fn homing_measures_lost_steps() {
         (0, near, far, 1, Ok(Homed(Passed))), // within the tolerance
         (0, near, near, 0, Ok(Homed(Passed))),
         // The arm meets its switch during a move.
-        (0, near, far, 500, Err((0, SwitchOpened(0)))),
+        (0, near, far, 500, Err(Error::new(ErrorCode::SwitchOpened))),
     ] {
         for is_reset in [false, true] {
             let machine = Machine::new([1; 4]);
@@ -149,11 +158,11 @@ fn homing_measures_lost_steps() {
             go_to(&mut arms, to);
             if is_reset {
                 arms = machine.arms(SEPARATION, arms.angles());
-                assert_eq!(arms.go_to(from), Err(NotHomed));
+                assert_eq!(arms.go_to(from), Err(Error::new(ErrorCode::NotHomed)));
             }
             let mut found = home(&mut arms);
-            if let Err((_, SwitchOpened(steps))) = &mut found {
-                *steps = 0;
+            if let Err(error) = &mut found {
+                error.details = [0; 2];
                 assert_eq!(home(&mut arms), Ok(Homed(Unknown)));
             }
             assert_eq!((found, machine.positions()), (expected, [0; 4]));
@@ -173,17 +182,17 @@ fn faults_stop_arms_until_homed() {
     // The fault, the time at which it occurs, the error, and the bounds toward the switch and away from it in percent of
     // the travel.
     for (fault, time, error, toward, away) in [
-        (Broken, "homing first", HomeStuck, 0, 5),
-        (Broken, "homing", SwitchOpened(0), 0, 0),
-        (Broken, "moving", SwitchOpened(0), 1, 1),
-        (Shorted, "homing first", HomeNotFound, 101, 0),
-        (Shorted, "homing", HomeNotFound, 110, 0),
-        (Bouncing, "homing first", SwitchBounces, 0, 0),
-        (Bouncing, "moving", SwitchBounces, 15, 15),
-        (Unreadable, "homing", Pin, 0, 0),
-        (Unreadable, "moving", Pin, 0, 0),
-        (Jammed, "homing first", HomeNotFound, 0, 0),
-        (Jammed, "homing", HomeNotFound, 0, 0),
+        (Broken, "homing first", ErrorCode::SwitchStuck, 0, 5),
+        (Broken, "homing", ErrorCode::SwitchOpened, 0, 0),
+        (Broken, "moving", ErrorCode::SwitchOpened, 1, 1),
+        (Shorted, "homing first", ErrorCode::SwitchNotFound, 101, 0),
+        (Shorted, "homing", ErrorCode::SwitchNotFound, 110, 0),
+        (Bouncing, "homing first", ErrorCode::SwitchBounces, 0, 0),
+        (Bouncing, "moving", ErrorCode::SwitchBounces, 15, 15),
+        (Unreadable, "homing", ErrorCode::Pin, 0, 0),
+        (Unreadable, "moving", ErrorCode::Pin, 0, 0),
+        (Jammed, "homing first", ErrorCode::SwitchNotFound, 0, 0),
+        (Jammed, "homing", ErrorCode::SwitchNotFound, 0, 0),
     ] {
         for arm in 0..4 {
             let machine = Machine::new([1000; 4]);
@@ -200,12 +209,9 @@ fn faults_stop_arms_until_homed() {
             }
             let (faulty, before) = (&machine.arms[arm], machine.positions()[arm]);
             faulty.wiring.set(fault);
-            let (number, mut found) = settle(&mut arms, 10, || ()).unwrap_err();
-            if let SwitchOpened(steps) = &mut found {
-                *steps = 0;
-            }
+            let found = settle(&mut arms, 10, || ()).unwrap_err();
             assert_eq!(
-                (usize::from(number), found),
+                (found.details[0] as usize, found.code),
                 (arm, error),
                 "{fault:?} {time}"
             );
@@ -213,7 +219,10 @@ fn faults_stop_arms_until_homed() {
             let bound = |percent: i32| settings(arm).travel() * percent / 100 + 3;
             assert!((-bound(toward)..=bound(away)).contains(&moved), "{moved}");
 
-            assert_eq!((arms.angles(), arms.go_to(TARGET)), (None, Err(NotHomed)));
+            assert_eq!(
+                (arms.angles(), arms.go_to(TARGET)),
+                (None, Err(Error::new(ErrorCode::NotHomed)))
+            );
             faulty.wiring.set(Intact);
             assert_rest(&machine, &mut arms);
             faulty.position.update(|at| at.max(0)); // a mechanical stop

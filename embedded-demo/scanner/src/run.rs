@@ -3,6 +3,7 @@
 use core::future::{Future, pending};
 use core::pin::pin;
 
+use crate::goniometer::StepCheck;
 use embassy_futures::select::{Either, Either3, select, select3};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
@@ -12,7 +13,6 @@ use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::ScanModel;
 use glimpse_core::geometry::ArmAngles;
 use glimpse_core::scan::Scan;
-use glimpse_motion::goniometer::StepCheck;
 
 use crate::machine::Machine;
 use crate::memory::Memory;
@@ -25,8 +25,7 @@ const MAX_WRITE: usize = 63;
 /// The pause after an error of the line.
 const LINE_PAUSE: Duration = Duration::from_millis(100);
 
-const STOPPED: Error = Error::in_field(ErrorCode::Machine, "stopped by the operator");
-const LOST_STEPS: Error = Error::in_field(ErrorCode::Machine, "steps were lost");
+const STOPPED: Error = Error::new(ErrorCode::Stopped);
 const NO_DIRECTION: Error = Error::new(ErrorCode::OutOfReach);
 
 /// Scans material after material. The arms are homed at once, so call it after a command of the operator.
@@ -107,14 +106,13 @@ impl<K: ScanModel, M: Machine, S: Memory, O: Operator> Scanner<'_, '_, K, M, S, 
                     }
                 }
                 Action::Forget => self.forget().await,
-                Action::Finished(residual) => match self.home().await {
-                    Ok(StepCheck::Passed) => {
+                Action::Finished(residual) => match self.home().await.and_then(StepCheck::passed) {
+                    Ok(()) => {
                         if let Some(fitted) = self.driver.scan().ok().and_then(Scan::fitted) {
                             let values = &mut fitted.values();
                             self.operator.show(Event::Finished(residual, values));
                         }
                     }
-                    Ok(_) => self.driver.fail(LOST_STEPS),
                     Err(error) => self.driver.fail(error),
                 },
                 Action::Failed(error) => {

@@ -1,10 +1,8 @@
 //! A flash in memory whose power can be cut.
 
-use std::vec::Vec;
-
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
-use super::Random;
+use crate::Random;
 
 /// The length of a sector.
 pub const SECTOR_BYTES: usize = 512;

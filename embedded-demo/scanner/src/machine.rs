@@ -1,12 +1,11 @@
 //! Arms and sensor.
 
+use crate::goniometer::{Goniometer, Progress, StepCheck};
 use embassy_time::{Instant, Timer};
 use embedded_hal::digital::{InputPin, OutputPin};
-use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::error::Error;
 use glimpse_core::geometry::ArmAngles;
 use glimpse_core::gonio::Reading;
-use glimpse_motion::MotionError;
-use glimpse_motion::goniometer::{Goniometer, Progress, StepCheck};
 
 /// Arms and sensor.
 ///
@@ -16,19 +15,19 @@ pub trait Machine {
     /// Homes the arms. The result is evidence about the readings since the previous homing.
     ///
     /// # Errors
-    /// [`ErrorCode::Machine`].
+    /// The error of an axis.
     async fn home(&mut self) -> Result<StepCheck, Error>;
 
     /// Moves the arms, angles in radians.
     ///
     /// # Errors
-    /// [`ErrorCode::Machine`]. Nothing moves until the arms are homed.
+    /// The error of an axis. Nothing moves until the arms are homed.
     async fn move_to(&mut self, arms: ArmAngles) -> Result<(), Error>;
 
     /// Reads the sensor: a BRDF in linear RGB, sr^-1, not times the cosine.
     ///
     /// # Errors
-    /// [`ErrorCode::Machine`].
+    /// The error of the sensor.
     async fn read(&mut self) -> Result<Reading, Error>;
 
     /// Stops the arms at once. They must be homed before they move again.
@@ -40,7 +39,7 @@ pub trait Sensor {
     /// Reads a BRDF in linear RGB, sr^-1, not times the cosine, with the arms at these angles.
     ///
     /// # Errors
-    /// [`ErrorCode::Machine`] if the sensor does not answer.
+    /// [`ErrorCode::Sensor`](glimpse_core::error::ErrorCode::Sensor) if the sensor does not answer.
     async fn read(&mut self, arms: &ArmAngles) -> Result<Reading, Error>;
 }
 
@@ -76,27 +75,18 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, R> Steppers<S, D, H, R> {
             let elapsed = now.duration_since(self.polled).as_micros();
             self.polled = now;
             let elapsed_us = u32::try_from(elapsed).unwrap_or(u32::MAX);
-            match self.arms.poll(elapsed_us) {
-                Ok(Progress::Moving) => {}
-                Ok(Progress::Homed(check)) => return Ok(Some(check)),
-                Ok(Progress::Arrived | Progress::Resting) => return Ok(None),
-                Err((axis, error)) => return Err(fault(axis, error)),
+            match self.arms.poll(elapsed_us)? {
+                Progress::Moving => {}
+                Progress::Homed(check) => return Ok(Some(check)),
+                Progress::Arrived | Progress::Resting => return Ok(None),
             }
         }
     }
 }
 
-/// Returns the error of a motion, with its name and the number of its axis.
-pub fn fault(axis: u8, error: MotionError) -> Error {
-    Error {
-        details: [axis.into(), 0],
-        ..Error::in_field(ErrorCode::Machine, error.name())
-    }
-}
-
 impl<S: OutputPin, D: OutputPin, H: InputPin, R: Sensor> Machine for Steppers<S, D, H, R> {
     async fn home(&mut self) -> Result<StepCheck, Error> {
-        self.arms.home().map_err(|error| fault(0, error))?;
+        self.arms.home()?;
         loop {
             // A route to the switches ends with an arrival.
             if let Some(check) = self.settle().await? {
@@ -109,7 +99,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, R: Sensor> Machine for Steppers<S,
         let ArmAngles { incoming, outgoing } = arms;
         let angles = [incoming.theta, incoming.phi, outgoing.theta, outgoing.phi];
         self.at = arms;
-        self.arms.go_to(angles).map_err(|error| fault(0, error))?;
+        self.arms.go_to(angles)?;
         self.settle().await.map(drop)
     }
 

@@ -6,16 +6,20 @@
 // The futures run on one core's executor, whose tasks need not be `Send`.
 #![allow(async_fn_in_trait)]
 
+pub mod axis;
 mod button;
 mod color_sensor;
+pub mod goniometer;
 mod machine;
 mod memory;
 mod operator;
+pub mod route;
 mod run;
+pub mod store;
 
 pub use button::Button;
 pub use color_sensor::ColorSensor;
-pub use machine::{Machine, Sensor, Steppers, fault};
+pub use machine::{Machine, Sensor, Steppers};
 pub use memory::{FlashMemory, Memory};
 pub use operator::{Command, Event, Operator};
 pub use run::run;

@@ -1,17 +1,17 @@
 //! A simulated machine. Its arms respond to edges on their pins only.
 
-use core::array;
-use core::cell::Cell;
-use core::f32::consts::{FRAC_PI_2, PI, TAU};
+use std::array;
+use std::cell::Cell;
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use embedded_hal::digital::{ErrorKind, ErrorType, InputPin, OutputPin};
+use glimpse_core::error::Error;
 use glimpse_core::geometry::{ArmAngles, Spherical};
 
-use crate::MotionError;
-use crate::axis::{Axis, Settings};
-use crate::goniometer::Progress::{self, Homed};
-use crate::goniometer::{Goniometer, StepCheck};
-use crate::route::AxisAngles;
+use glimpse_scanner::axis::{Axis, Settings};
+use glimpse_scanner::goniometer::Progress::{self, Homed};
+use glimpse_scanner::goniometer::{Goniometer, StepCheck};
+use glimpse_scanner::route::AxisAngles;
 
 /// Reads for which a contact bounces after each change.
 const BOUNCES: u32 = 8;
@@ -109,8 +109,6 @@ impl InputPin for Pin<'_> {
     }
 }
 
-/// The number of an axis, and its error.
-pub type Fault = (u8, MotionError);
 /// An axis of a simulated arm.
 pub type TestAxis<'a> = Axis<Pin<'a>, Pin<'a>, Pin<'a>>;
 /// A goniometer of simulated arms.
@@ -137,10 +135,7 @@ impl Machine {
     }
 
     /// Returns an axis with these settings.
-    ///
-    /// # Errors
-    /// As [`Axis::new`].
-    pub fn axis(&self, number: usize, settings: Settings) -> Result<TestAxis<'_>, MotionError> {
+    pub fn axis(&self, number: usize, settings: Settings) -> TestAxis<'_> {
         let arm = &self.arms[number];
         let pin = |is_step| Pin { arm, is_step };
         Axis::new(pin(true), pin(false), pin(false), settings)
@@ -148,7 +143,7 @@ impl Machine {
 
     /// Returns arms that must be homed.
     pub fn arms(&self, min_separation: f32, angles: Option<AxisAngles>) -> Arms<'_> {
-        let axes = array::from_fn(|number| self.axis(number, settings(number)).unwrap());
+        let axes = array::from_fn(|number| self.axis(number, settings(number)));
         Goniometer::new(axes, min_separation, angles).unwrap()
     }
 
@@ -200,7 +195,7 @@ pub fn separation([theta_i, phi_i, theta_o, phi_o]: AxisAngles) -> f32 {
 ///
 /// # Errors
 /// As [`Goniometer::poll`].
-pub fn settle(arms: &mut Arms, round: u32, mut watch: impl FnMut()) -> Result<Progress, Fault> {
+pub fn settle(arms: &mut Arms, round: u32, mut watch: impl FnMut()) -> Result<Progress, Error> {
     loop {
         let progress = arms.poll(round)?;
         watch();
@@ -221,7 +216,7 @@ pub fn go_to(arms: &mut Arms, angles: AxisAngles) {
 ///
 /// # Errors
 /// As [`Goniometer::poll`].
-pub fn home(arms: &mut Arms) -> Result<Progress, Fault> {
+pub fn home(arms: &mut Arms) -> Result<Progress, Error> {
     arms.home().unwrap();
     settle(arms, 10, || ())
 }

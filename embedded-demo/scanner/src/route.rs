@@ -13,10 +13,10 @@
 
 use core::f32::consts::{PI, TAU};
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::Limits;
 
-use crate::axis::Settings;
-use crate::error::MotionError;
+use crate::axis::{Settings, of_axis};
 
 /// Angles of the axes, radians: theta_i, phi_i, theta_o, phi_o.
 pub type AxisAngles = [f32; 4];
@@ -35,9 +35,10 @@ pub(crate) const HOMING_ORDER: [usize; 4] = [2, 0, 1, 3];
 ///
 /// ```
 /// use core::f32::consts::PI;
-/// use glimpse_motion::MotionError::NoSafeRoute;
-/// use glimpse_motion::{axis::Settings, route::Space};
+/// use glimpse_core::error::{Error, ErrorCode};
+/// use glimpse_scanner::{axis::Settings, route::Space};
 ///
+/// let no_route = Some(Error::new(ErrorCode::NoSafeRoute));
 /// let axis = |home, min_angle, max_angle| Settings {
 ///     steps_per_radian: 2000.0, speed: 4000.0, acceleration: 20_000.0, homing_speed: 500.0,
 ///     home, min_angle, max_angle, tolerance: 1, reversed: false,
@@ -48,15 +49,15 @@ pub(crate) const HOMING_ORDER: [usize; 4] = [2, 0, 1, 3];
 /// let turning = axis(-PI - 0.05, -PI, PI);
 /// let space = Space::new([lamp, turning, sensor, turning], 0.2)?;
 /// assert!(space.route(start, crossed).is_ok());
-/// assert_eq!(space.route(start, [f32::NAN; 4]).err(), Some(NoSafeRoute));
+/// assert_eq!(space.route(start, [f32::NAN; 4]).err(), no_route);
 /// // A target that is closer than the minimum separation.
-/// assert_eq!(space.route(start, [0.9, 0.0, 1.0, 0.0]).err(), Some(NoSafeRoute));
+/// assert_eq!(space.route(start, [0.9, 0.0, 1.0, 0.0]).err(), no_route);
 /// // Azimuths that hardly turn.
 /// let fixed = axis(-0.06, -0.05, 0.05);
 /// let space = Space::new([lamp, fixed, sensor, fixed], 0.2)?;
 /// assert!(space.route(start, [0.5, 0.0, 1.2, 0.0]).is_ok());
-/// assert_eq!(space.route(start, crossed).err(), Some(NoSafeRoute));
-/// # Ok::<(), glimpse_motion::MotionError>(())
+/// assert_eq!(space.route(start, crossed).err(), no_route);
+/// # Ok::<(), Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Space {
@@ -71,8 +72,10 @@ impl Space {
     ///
     /// # Errors
     /// If a value is out of range, or lamp and sensor may collide while they are homed.
-    pub fn new(settings: [Settings; 4], min_separation: f32) -> Result<Self, MotionError> {
-        settings.iter().try_for_each(Settings::validate)?;
+    pub fn new(settings: [Settings; 4], min_separation: f32) -> Result<Self, Error> {
+        for (number, axis) in (0..).zip(&settings) {
+            axis.validate().map_err(of_axis(number))?;
+        }
         let [lamp, _, sensor, _] = &settings;
         let limits = Limits {
             max_theta_i: lamp.max_angle,
@@ -80,7 +83,7 @@ impl Space {
             min_separation,
             in_plane: false,
         };
-        limits.validate().map_err(MotionError::Limits)?;
+        limits.validate()?;
         // An axis is homed within this range if its position is known, at any azimuths.
         let [i, o] = [lamp, sensor].map(|axis| axis.angle(axis.margin(Settings::LOST)));
         let separation = separation_between(
@@ -89,7 +92,7 @@ impl Space {
         );
         let is_sensor_outer = libm::fabsf(sensor.home) > libm::fabsf(lamp.home);
         if separation < min_separation || !is_sensor_outer {
-            return Err(MotionError::HomeTooClose);
+            return Err(Error::new(ErrorCode::HomeTooClose));
         }
         Ok(Self { settings, limits })
     }
@@ -98,10 +101,11 @@ impl Space {
     /// to steps.
     ///
     /// # Errors
-    /// [`MotionError::NoSafeRoute`], also for NaN.
-    pub fn route(&self, from: AxisAngles, to: AxisAngles) -> Result<Route, MotionError> {
+    /// [`ErrorCode::NoSafeRoute`], also for NaN.
+    pub fn route(&self, from: AxisAngles, to: AxisAngles) -> Result<Route, Error> {
+        let no_route = Error::new(ErrorCode::NoSafeRoute);
         if !from.iter().chain(&to).all(|angle| angle.is_finite()) {
-            return Err(MotionError::NoSafeRoute);
+            return Err(no_route);
         }
         // Each bit of a group is an axis that moves first. In group 0 all axes move at once.
         let groups = (0..15_u8).map(|group| {
@@ -111,7 +115,7 @@ impl Space {
         let routes = groups.chain([self.via_home(from, to)]).flatten();
         let mut routes = routes.map(|route| route.map(|angles| self.round(angles)));
         let route = routes.find(|route| self.is_safe(from, route));
-        Ok(route.ok_or(MotionError::NoSafeRoute)?.into_iter())
+        Ok(route.ok_or(no_route)?.into_iter())
     }
 
     /// Returns the waypoints via home, if the azimuths can turn apart.

@@ -34,7 +34,7 @@ impl<B: I2c> ColorSensor<B> {
     /// tile with the arms at `white_at`; they are saturated at 65,535.
     ///
     /// # Errors
-    /// [`ErrorCode::Machine`] if it does not answer, or the calibration is invalid.
+    /// [`ErrorCode::Sensor`] if it does not answer, or the calibration is invalid.
     pub async fn new(
         bus: B,
         calibration: Calibration,
@@ -66,7 +66,7 @@ impl<B: I2c> ColorSensor<B> {
     /// Reads the counts of red, green and blue.
     ///
     /// # Errors
-    /// [`ErrorCode::Machine`] if the sensor does not answer.
+    /// [`ErrorCode::Sensor`] if the sensor does not answer.
     pub async fn counts(&mut self) -> Result<[f32; 3], Error> {
         Timer::after(SETTLE).await;
         let mut bytes = [0; 6];
@@ -77,7 +77,7 @@ impl<B: I2c> ColorSensor<B> {
     }
 }
 
-const FAULT: Error = Error::in_field(ErrorCode::Machine, "no answer from the sensor");
+const FAULT: Error = Error::new(ErrorCode::Sensor);
 
 impl<B: I2c> Sensor for ColorSensor<B> {
     async fn read(&mut self, arms: &ArmAngles) -> Result<Reading, Error> {

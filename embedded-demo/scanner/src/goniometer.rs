@@ -2,10 +2,10 @@
 //! other. It never waits: poll it. After an error nothing moves until [`Goniometer::home`] is called.
 
 use embedded_hal::digital::{InputPin, OutputPin};
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::Limits;
 
-use crate::axis::Axis;
-use crate::error::MotionError;
+use crate::axis::{Axis, of_axis};
 use crate::route::{AxisAngles, HOMING_ORDER, Route, Space};
 
 /// Result of a homing: evidence about the readings since the previous homing.
@@ -17,6 +17,23 @@ pub enum StepCheck {
     Unknown,
     /// An axis has lost steps: its number, and the steps by which its count is ahead of its position.
     Lost(u8, i32),
+}
+
+impl StepCheck {
+    /// Checks that no axis has lost steps.
+    ///
+    /// # Errors
+    /// [`ErrorCode::LostSteps`], and [`ErrorCode::NotHomed`] if the positions were unknown.
+    pub fn passed(self) -> Result<(), Error> {
+        match self {
+            Self::Passed => Ok(()),
+            Self::Unknown => Err(Error::new(ErrorCode::NotHomed)),
+            Self::Lost(axis, steps) => {
+                let details = [axis.into(), steps.cast_unsigned()];
+                Err(Error::with(ErrorCode::LostSteps, details))
+            }
+        }
+    }
 }
 
 /// State of a goniometer after a poll.
@@ -55,7 +72,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Goniometer<S, D, H> {
         mut axes: [Axis<S, D, H>; 4],
         min_separation: f32,
         angles: Option<AxisAngles>,
-    ) -> Result<Self, MotionError> {
+    ) -> Result<Self, Error> {
         for (axis, angle) in axes.iter_mut().zip(angles.into_iter().flatten()) {
             axis.assume(angle);
         }
@@ -86,7 +103,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Goniometer<S, D, H> {
     ///
     /// # Errors
     /// If an axis is moving, or no route is safe. No axis moves then.
-    pub fn home(&mut self) -> Result<(), MotionError> {
+    pub fn home(&mut self) -> Result<(), Error> {
         self.check_rest()?;
         if let Some(from) = self.angles() {
             self.route = Some(self.space.route(from, self.space.home())?);
@@ -100,21 +117,23 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Goniometer<S, D, H> {
     ///
     /// # Errors
     /// If an axis is moving or not homed, an angle is NaN or out of reach, or no route is safe. No axis moves then.
-    pub fn go_to(&mut self, angles: AxisAngles) -> Result<(), MotionError> {
+    pub fn go_to(&mut self, angles: AxisAngles) -> Result<(), Error> {
         self.check_rest()?;
         let from = self.angles().filter(|_| self.is_homed);
-        let from = from.ok_or(MotionError::NotHomed)?;
+        let from = from.ok_or(Error::new(ErrorCode::NotHomed))?;
         let mut to = angles;
-        for (axis, angle) in self.axes.iter().zip(&mut to) {
-            *angle = axis.settings.reach(*angle)?;
+        for ((number, axis), angle) in (0..).zip(&self.axes).zip(&mut to) {
+            *angle = axis.settings.reach(*angle).map_err(of_axis(number))?;
         }
         self.route = Some(self.space.route(from, to)?);
         Ok(())
     }
 
-    fn check_rest(&self) -> Result<(), MotionError> {
+    fn check_rest(&self) -> Result<(), Error> {
         let is_at_rest = self.route.is_none() && self.homing.is_none();
-        is_at_rest.then_some(()).ok_or(MotionError::Moving)
+        is_at_rest
+            .then_some(())
+            .ok_or(Error::new(ErrorCode::Moving))
     }
 
     /// Stops all axes at once. They must be homed again.
@@ -126,22 +145,22 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Goniometer<S, D, H> {
     /// Moves the axes. `elapsed_us` is the time since the last call.
     ///
     /// # Errors
-    /// The number of an axis and its error. All axes are stopped and must be homed again.
-    pub fn poll(&mut self, elapsed_us: u32) -> Result<Progress, (u8, MotionError)> {
+    /// The error of an axis. All axes are stopped and must be homed again.
+    pub fn poll(&mut self, elapsed_us: u32) -> Result<Progress, Error> {
         self.advance(elapsed_us).inspect_err(|_| self.stop())
     }
 
-    fn advance(&mut self, elapsed_us: u32) -> Result<Progress, (u8, MotionError)> {
+    fn advance(&mut self, elapsed_us: u32) -> Result<Progress, Error> {
         let mut is_moving = false;
         for (number, axis) in (0..).zip(&mut self.axes) {
-            is_moving |= axis.poll(elapsed_us).map_err(|error| (number, error))?;
+            is_moving |= axis.poll(elapsed_us).map_err(of_axis(number))?;
         }
         if is_moving {
             return Ok(Progress::Moving);
         }
         if let Some(waypoint) = self.route.as_mut().and_then(Iterator::next) {
             for ((number, axis), angle) in (0..).zip(&mut self.axes).zip(waypoint) {
-                axis.go_to(angle).map_err(|error| (number, error))?;
+                axis.go_to(angle).map_err(of_axis(number))?;
             }
             return Ok(Progress::Moving);
         }
@@ -152,7 +171,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Goniometer<S, D, H> {
         if let Some(number) = homing.next()
             && let Some(axis) = self.axes.get_mut(number)
         {
-            axis.home().map_err(|error| (number as u8, error))?;
+            axis.home().map_err(of_axis(number as u32))?;
             return Ok(Progress::Moving);
         }
         (self.homing, self.is_homed) = (None, true);

@@ -12,7 +12,8 @@ use embedded_hal_async::digital::Wait;
 use embedded_hal_async::i2c::{self, I2c, Operation};
 use glimpse_core::geometry::{ArmAngles, Spherical};
 use glimpse_core::gonio::{Calibration, Footprint};
-use glimpse_embassy::{Button, ColorSensor, Sensor};
+use glimpse_desk::take_clock;
+use glimpse_scanner::{Button, ColorSensor, Sensor};
 
 /// A contact that is closed from each start to its end, ms, and bounces for 15 ms after each of them.
 struct Contact(&'static [[u64; 2]]);
@@ -75,7 +76,9 @@ impl Wait for Contact {
 }
 
 /// A second press that a bounce pretends would home the arms right after a stop.
+#[test]
 fn bounces_are_no_presses() {
+    let _clock = take_clock();
     // It is held at the start, and pressed twice.
     let mut button = Button::new(Contact(&[[0, 100], [200, 260], [400, 1000]]));
     let mut presses = Vec::new();
@@ -129,7 +132,9 @@ fn run<T>(future: impl Future<Output = T>) -> T {
 }
 
 /// A gray card has the same BRDF at all directions, although the counts fall with the cosine.
+#[test]
 fn calibration_holds_at_all_angles() {
+    let _clock = take_clock();
     let arms = |theta_i: f32, theta_o: f32| {
         let at = |theta, phi| Spherical { theta, phi };
         let [incoming, outgoing] = [at(theta_i, 0.0), at(theta_o, 3.0)];
@@ -157,11 +162,4 @@ fn calibration_holds_at_all_angles() {
             assert!(error.abs() < 1e-3, "{theta_i} {theta_o}: {error}");
         }
     }
-}
-
-/// One test, because all share the clock.
-#[test]
-fn parts() {
-    bounces_are_no_presses();
-    calibration_holds_at_all_angles();
 }

@@ -1,11 +1,11 @@
 //! Memory that survives a reset.
 
+use crate::goniometer::StepCheck;
+use crate::store::Store;
 use embedded_storage::nor_flash::NorFlash;
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::Reading;
 use glimpse_core::recipe::Recipe;
-use glimpse_motion::goniometer::StepCheck;
-use glimpse_motion::store::Store;
 
 /// Memory for the readings of a scan. Readings count once a homing has shown that no steps were lost.
 pub trait Memory {

@@ -1,10 +1,10 @@
 //! Readings survive a power cut in each write and each erase.
 
 use glimpse_core::gonio::Reading;
-use glimpse_motion::goniometer::StepCheck;
-use glimpse_motion::simulation::Random;
-use glimpse_motion::simulation::{Effect, Flash, SECTOR_BYTES, effects};
-use glimpse_motion::store::{Layout, Store, StoreError};
+use glimpse_desk::Random;
+use glimpse_desk::{Effect, Flash, SECTOR_BYTES, effects};
+use glimpse_scanner::goniometer::StepCheck;
+use glimpse_scanner::store::{Layout, Store, StoreError};
 
 /// Small areas, which change often.
 const LAYOUT: Layout = Layout {
