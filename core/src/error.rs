@@ -335,6 +335,7 @@ error_codes! {
         Axis "axis", Signed "steps from there";
     Direction = 142, "the home switch did not open within 5 degrees of the first move: turn the arm onto its switch by hand with the power off; if it is there, change `reversed`",
         Axis "axis";
+    LampPin = 143, "the pin of the lamp returned an error: check its configuration";
     Sensor = 144, "the sensor does not answer: check its wiring and supply";
     SensorReset = 145, "the sensor has lost its settings, or has no valid counts: check its supply";
     SensorStuck = 146, "the sensor's counts stay the same, bit for bit, at different directions: check the sensor";

@@ -8,18 +8,21 @@
 
 pub mod axis;
 mod button;
+mod calibration;
 mod color_sensor;
+mod device;
 pub mod goniometer;
 mod machine;
-mod memory;
 mod operator;
+mod optics;
+mod panel;
 pub mod route;
 mod run;
-pub mod store;
 
-pub use button::Button;
+pub use button::{Button, Press};
 pub use color_sensor::ColorSensor;
-pub use machine::{Machine, Sensor, Steppers};
-pub use memory::{FlashMemory, Memory};
-pub use operator::{Command, Event, Operator};
+pub use machine::Machine;
+pub use operator::{Command, Event, Operator, State};
+pub use optics::{Counts, Sensor, White};
+pub use panel::Panel;
 pub use run::run;

@@ -1,69 +1,93 @@
-//! Arms and sensor.
+//! Arms, lamp and sensor.
 
-use crate::goniometer::{Goniometer, Progress, StepCheck};
 use embassy_time::{Instant, Timer};
 use embedded_hal::digital::{InputPin, OutputPin};
-use glimpse_core::error::Error;
-use glimpse_core::geometry::ArmAngles;
-use glimpse_core::gonio::Reading;
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::geometry::{ArmAngles, Spherical};
 
-/// Arms and sensor.
-///
-/// After an error, and when a future is dropped before its end, [`stop`](Self::stop) is called, and nothing moves until
-/// [`home`](Self::home).
-pub trait Machine {
-    /// Homes the arms. The result is evidence about the readings since the previous homing.
-    ///
-    /// # Errors
-    /// The error of an axis.
-    async fn home(&mut self) -> Result<StepCheck, Error>;
-
-    /// Moves the arms, angles in radians.
-    ///
-    /// # Errors
-    /// The error of an axis. Nothing moves until the arms are homed.
-    async fn move_to(&mut self, arms: ArmAngles) -> Result<(), Error>;
-
-    /// Reads the sensor: a BRDF in linear RGB, sr^-1, not times the cosine.
-    ///
-    /// # Errors
-    /// The error of the sensor.
-    async fn read(&mut self) -> Result<Reading, Error>;
-
-    /// Stops the arms at once. They must be homed before they move again.
-    fn stop(&mut self);
-}
-
-/// A sensor.
-pub trait Sensor {
-    /// Reads a BRDF in linear RGB, sr^-1, not times the cosine, with the arms at these angles.
-    ///
-    /// # Errors
-    /// [`ErrorCode::Sensor`](glimpse_core::error::ErrorCode::Sensor) if the sensor does not answer.
-    async fn read(&mut self, arms: &ArmAngles) -> Result<Reading, Error>;
-}
+use crate::goniometer::{Goniometer, Progress, StepCheck};
+use crate::optics::{Counts, Sensor};
+use crate::route::AxisAngles;
 
 /// Time between polls of the axes, in µs. A late poll makes an axis slower, but loses no steps.
 const POLL_US: u64 = 20;
 
-/// A machine with four stepper axes.
+/// A machine with four stepper axes, a lamp and a sensor. After an error, and when a future is dropped before its end, call
+/// [`Machine::stop`]: nothing moves until [`Machine::home`].
 #[derive(Debug)]
-pub struct Steppers<S, D, H, R> {
-    arms: Goniometer<S, D, H>,
+pub struct Machine<S, D, H, R> {
+    pub(crate) arms: Goniometer<S, D, H>,
+    /// The lamp is on while it is high.
+    lamp: S,
     sensor: R,
-    at: ArmAngles,
     polled: Instant,
 }
 
-impl<S: OutputPin, D: OutputPin, H: InputPin, R> Steppers<S, D, H, R> {
-    /// Combines arms and sensor.
-    pub fn new(arms: Goniometer<S, D, H>, sensor: R) -> Self {
+impl<S: OutputPin, D: OutputPin, H: InputPin, R: Sensor> Machine<S, D, H, R> {
+    /// Combines arms, a pin that switches the lamp on while it is high, and a sensor.
+    pub fn new(arms: Goniometer<S, D, H>, lamp: S, sensor: R) -> Self {
         Self {
             arms,
+            lamp,
             sensor,
-            at: ArmAngles::default(),
             polled: Instant::now(),
         }
+    }
+
+    /// Returns the angles of the arms according to their step counts. None while one is unknown.
+    pub(crate) fn angles(&self) -> Option<ArmAngles> {
+        let [theta_i, phi_i, theta_o, phi_o] = self.arms.angles()?;
+        let at = |theta, phi| Spherical { theta, phi };
+        Some(ArmAngles {
+            incoming: at(theta_i, phi_i),
+            outgoing: at(theta_o, phi_o),
+        })
+    }
+
+    /// Homes the arms. The result is evidence about the readings since the previous homing.
+    ///
+    /// # Errors
+    /// Of the arms.
+    pub(crate) async fn home(&mut self) -> Result<StepCheck, Error> {
+        self.arms.home()?;
+        loop {
+            // A route to the switches ends with an arrival.
+            if let Some(check) = self.settle().await? {
+                return Ok(check);
+            }
+        }
+    }
+
+    /// Moves the arms.
+    ///
+    /// # Errors
+    /// Of the arms. Nothing moves until they are homed.
+    pub(crate) async fn move_to(&mut self, arms: ArmAngles) -> Result<(), Error> {
+        let ArmAngles { incoming, outgoing } = arms;
+        let angles: AxisAngles = [incoming.theta, incoming.phi, outgoing.theta, outgoing.phi];
+        self.arms.go_to(angles)?;
+        self.settle().await.map(drop)
+    }
+
+    /// Reads the sensor with the lamp on or off, which is on afterwards.
+    ///
+    /// # Errors
+    /// [`ErrorCode::Pin`], or those of the sensor.
+    pub(crate) async fn counts(&mut self, is_lit: bool) -> Result<Counts, Error> {
+        self.light(is_lit)?;
+        let counts = self.sensor.counts(is_lit).await;
+        self.light(true)?;
+        counts
+    }
+
+    fn light(&mut self, is_lit: bool) -> Result<(), Error> {
+        let set = self.lamp.set_state(is_lit.into());
+        set.map_err(|_| Error::new(ErrorCode::LampPin))
+    }
+
+    /// Stops the arms at once.
+    pub(crate) fn stop(&mut self) {
+        self.arms.stop();
     }
 
     /// Polls the arms until they rest. Returns the result of a homing.
@@ -81,33 +105,5 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, R> Steppers<S, D, H, R> {
                 Progress::Arrived | Progress::Resting => return Ok(None),
             }
         }
-    }
-}
-
-impl<S: OutputPin, D: OutputPin, H: InputPin, R: Sensor> Machine for Steppers<S, D, H, R> {
-    async fn home(&mut self) -> Result<StepCheck, Error> {
-        self.arms.home()?;
-        loop {
-            // A route to the switches ends with an arrival.
-            if let Some(check) = self.settle().await? {
-                return Ok(check);
-            }
-        }
-    }
-
-    async fn move_to(&mut self, arms: ArmAngles) -> Result<(), Error> {
-        let ArmAngles { incoming, outgoing } = arms;
-        let angles = [incoming.theta, incoming.phi, outgoing.theta, outgoing.phi];
-        self.at = arms;
-        self.arms.go_to(angles)?;
-        self.settle().await.map(drop)
-    }
-
-    async fn read(&mut self) -> Result<Reading, Error> {
-        self.sensor.read(&self.at).await
-    }
-
-    fn stop(&mut self) {
-        self.arms.stop();
     }
 }

@@ -1,279 +1,217 @@
 //! The main loop.
 
-use core::future::{Future, pending};
-use core::pin::pin;
-
-use crate::goniometer::StepCheck;
-use embassy_futures::select::{Either, Either3, select, select3};
 use embassy_futures::yield_now;
-use embassy_time::{Duration, Instant, Timer, with_timeout};
+use embassy_time::Instant;
+use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_io_async::{Read, Write};
+use embedded_storage::nor_flash::NorFlash;
 use glimpse_core::driver::{Action, Config, Driver};
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::ScanModel;
-use glimpse_core::geometry::ArmAngles;
+use glimpse_core::geometry::{ArmAngles, Directions};
+use glimpse_core::link::Purpose;
 use glimpse_core::scan::Scan;
+use glimpse_core::store::Store;
 
+use crate::device::Device;
 use crate::machine::Machine;
-use crate::memory::Memory;
 use crate::operator::{Command, Event, Operator};
+use crate::optics::{Optics, Sensor, White};
 
-/// The longest time to pass bytes to the line. A USB port that nobody reads takes none; they are sent again later.
-const SEND_TIMEOUT: Duration = Duration::from_millis(100);
-/// The most bytes of a write. A host takes USB packets of 64 bytes only together with the next one.
-const MAX_WRITE: usize = 63;
-/// The pause after an error of the line.
-const LINE_PAUSE: Duration = Duration::from_millis(100);
+/// Number of readings after which the arms are homed, so that lost steps cost no more of them.
+const READINGS_PER_HOMING: u16 = 32;
 
-const STOPPED: Error = Error::new(ErrorCode::Stopped);
-const NO_DIRECTION: Error = Error::new(ErrorCode::OutOfReach);
-
-/// Scans material after material. The arms are homed at once, so call it after a command of the operator.
+/// Scans material after material, and calibrates, on command.
 ///
-/// Confirmed readings of `memory` continue their scan. `line` is a stream to a host and one from it; the future of a read
-/// must not lose bytes when it is dropped, as those of buffered UARTs and USB ports. [`Config::recipe_bytes`] counts as 0.
-pub async fn run<K: ScanModel>(
+/// Confirmed readings of `store` continue their scan. `line` is a stream from a host and one to it; the future of a read
+/// must not lose bytes when it is dropped, as those of buffered UARTs and USB ports. [`Event`]s are lines of text on it,
+/// between the frames of the link.
+pub async fn run<K: ScanModel, S: OutputPin, D: OutputPin, H: InputPin, R: Sensor>(
     mut scan: Scan<'_, K>,
     mut config: Config,
-    mut line: (impl Read, impl Write),
-    machine: &mut impl Machine,
-    memory: &mut impl Memory,
+    white: White,
+    machine: &mut Machine<S, D, H, R>,
+    store: &mut Store<impl NorFlash>,
     operator: &mut impl Operator,
+    line: (impl Read, impl Write),
 ) -> ! {
-    config.recipe_bytes = 0;
-    while let Err(error) = home(machine, memory, operator).await {
-        operator.show(Event::Failed(error));
-        while operator.command().await == Command::Stop {}
-    }
+    let mut device = Device::new(machine, store, operator, line);
+    let mut command = None;
     loop {
-        for index in 0..scan.recipe().samples() as u16 {
-            if let Some(reading) = memory.reading(index) {
-                _ = scan.record(index, reading); // an invalid one is read again
+        let next = match command.take() {
+            Some(command) => command,
+            None => {
+                scan.restart();
+                let restored = device.store.restore(&mut scan).unwrap_or(0);
+                let is_complete = restored > 0 && scan.next_pending().is_none();
+                device
+                    .show(if is_complete {
+                        Event::Saved
+                    } else {
+                        Event::Waiting
+                    })
+                    .await;
+                device.command().await
             }
-        }
-        let mut scanner = Scanner {
-            driver: Driver::new(scan, config),
-            config,
-            machine,
-            memory,
-            operator,
-            arms: ArmAngles::default(),
-            is_halted: false,
-            forgets: false,
         };
-        scanner.run(&mut line).await;
-        config.sequence_seed = config.sequence_seed.wrapping_add(1 << 16);
-        scan = match scanner.driver.into_scan() {
-            Ok(scan) => scan,
-            Err(_) => pending().await, // the driver has a scan
+        let result = match next {
+            Command::Stop => continue,
+            Command::Calibrate => device.calibrate(white).await.map(|()| Event::Calibrated),
+            Command::Resume | Command::Restart => {
+                let begun = device.begin(next, &mut scan, white).await;
+                match begun {
+                    Ok(optics) => {
+                        let mut scanner = Scanner {
+                            driver: Driver::new(scan, config),
+                            config,
+                            optics,
+                        };
+                        config.sequence_seed = config.sequence_seed.wrapping_add(1 << 16);
+                        command = Some(device.scan(&mut scanner).await);
+                        scan = scanner.driver.into_scan();
+                        continue;
+                    }
+                    Err(error) => Err(error),
+                }
+            }
         };
-        scan.restart();
+        device.show(result.unwrap_or_else(Event::Failed)).await;
+        command = Some(device.command().await);
     }
 }
 
-/// A driver, and what carries out its actions.
-struct Scanner<'s, 'a, K: ScanModel, M, S, O> {
+/// A driver, its options, and the conversion of counts in its scan.
+struct Scanner<'a, K: ScanModel> {
     driver: Driver<'a, K>,
     config: Config,
-    machine: &'s mut M,
-    memory: &'s mut S,
-    operator: &'s mut O,
-    arms: ArmAngles,
-    /// True from a failure to a command.
-    is_halted: bool,
-    /// True if readings could not be deleted.
-    forgets: bool,
+    optics: Optics,
 }
 
-impl<K: ScanModel, M: Machine, S: Memory, O: Operator> Scanner<'_, '_, K, M, S, O> {
-    /// Scans until the arms were homed after a failure. Only confirmed readings count then.
-    async fn run(&mut self, (receiver, sender): &mut (impl Read, impl Write)) {
+impl<S, D, H, R, F, O, I, T> Device<'_, S, D, H, R, F, O, I, T>
+where
+    S: OutputPin,
+    D: OutputPin,
+    H: InputPin,
+    R: Sensor,
+    F: NorFlash,
+    O: Operator,
+    I: Read,
+    T: Write,
+{
+    /// Homes the arms, and records the readings that count. [`Command::Restart`] deletes them.
+    async fn begin<K: ScanModel>(
+        &mut self,
+        command: Command,
+        scan: &mut Scan<'_, K>,
+        white: White,
+    ) -> Result<Optics, Error> {
+        if command == Command::Restart {
+            self.store.clear()?;
+        }
+        let counts = self.store.white();
+        let (dark, counts) = counts.ok_or(Error::new(ErrorCode::NotCalibrated))?;
+        let optics = Optics::new(white, dark, counts)?;
+        self.home().await?;
+        scan.restart();
+        self.store.restore(scan)?;
+        Ok(optics)
+    }
+
+    /// Scans until a command follows the result or a failure.
+    async fn scan<K: ScanModel>(&mut self, scanner: &mut Scanner<'_, K>) -> Command {
+        let mut is_over = false;
         loop {
-            let action = self.driver.poll(Instant::now().as_millis());
-            self.send(sender).await;
+            let action = scanner.driver.poll(Instant::now().as_millis());
+            let count = scanner.driver.outgoing().len();
+            self.send(scanner.driver.outgoing()).await;
+            scanner.driver.sent(count);
             match action {
                 Action::Wait => {
-                    if let Some(command) = self.wait(receiver).await
-                        && self.obey(command).await == Next::Restore
-                    {
-                        return;
-                    }
-                }
-                Action::Measure { .. } => self.measure().await,
-                Action::Save { index, reading } => {
-                    if self.memory.save(index, reading).await.is_err() {
-                        self.operator.show(Event::Unsaved);
-                    }
-                }
-                Action::Forget => self.forget().await,
-                Action::Finished(residual) => match self.home().await.and_then(StepCheck::passed) {
-                    Ok(()) => {
-                        if let Some(fitted) = self.driver.scan().ok().and_then(Scan::fitted) {
-                            let values = &mut fitted.values();
-                            self.operator.show(Event::Finished(residual, values));
+                    let delay = scanner.driver.poll_delay(Instant::now().as_millis());
+                    let driver = &mut scanner.driver;
+                    match self.wait(delay, |byte| driver.receive(*byte)).await {
+                        Some(Command::Stop) if !is_over => {
+                            scanner.driver.fail(Error::new(ErrorCode::Stopped));
                         }
+                        Some(command) if is_over && command != Command::Stop => return command,
+                        _ => {}
                     }
-                    Err(error) => self.driver.fail(error),
-                },
+                }
+                Action::Measure {
+                    purpose,
+                    index,
+                    directions,
+                } => {
+                    let measured = self.measure(scanner, purpose, index, directions).await;
+                    measured.unwrap_or_else(|error| scanner.driver.fail(error));
+                }
+                Action::Save { index, reading } => {
+                    if self.store.save(index, reading, false).is_err() {
+                        self.show(Event::Unsaved).await;
+                    }
+                }
+                // If this fails, a restart would restore them.
+                Action::Forget => {
+                    let cleared = self.store.clear();
+                    cleared.unwrap_or_else(|error| scanner.driver.fail(error));
+                }
+                Action::Finished(residual) => {
+                    match self.home().await.and_then(|check| check.passed()) {
+                        Ok(()) => {
+                            if let Some(fitted) = scanner.driver.scan().fitted() {
+                                let values = &mut fitted.values();
+                                self.show(Event::Finished(residual, values)).await;
+                            }
+                            is_over = true;
+                        }
+                        Err(error) => scanner.driver.fail(error),
+                    }
+                }
                 Action::Failed(error) => {
-                    self.machine.stop();
-                    self.is_halted = true;
-                    self.operator.show(Event::Failed(error));
+                    self.stop();
+                    self.show(Event::Failed(error)).await;
+                    is_over = true;
                 }
                 _ => yield_now().await,
             }
         }
     }
 
-    /// Sends what the line takes. The driver repeats requests that are lost.
-    async fn send(&mut self, sender: &mut impl Write) {
-        while !self.driver.outgoing().is_empty() {
-            let bytes = self.driver.outgoing();
-            let part = bytes.get(..MAX_WRITE).unwrap_or(bytes);
-            let count = match with_timeout(SEND_TIMEOUT, sender.write(part)).await {
-                Ok(Ok(count)) if count > 0 => count,
-                _ => bytes.len(),
-            };
-            self.driver.sent(count);
+    /// Moves to a sample, and reads it: for the fit, the one that takes least time.
+    async fn measure<K: ScanModel>(
+        &mut self,
+        scanner: &mut Scanner<'_, K>,
+        purpose: Purpose,
+        index: u16,
+        directions: Directions<f32>,
+    ) -> Result<(), Error> {
+        if self.readings >= READINGS_PER_HOMING {
+            self.home().await?.passed()?;
         }
-    }
-
-    /// Sleeps until bytes arrive, the driver has work, or a command.
-    async fn wait(&mut self, receiver: &mut impl Read) -> Option<Command> {
-        let delay = self.driver.poll_delay(Instant::now().as_millis());
-        let timer = async {
-            match delay {
-                Some(ms) => Timer::after_millis(ms.into()).await,
-                None => pending().await,
+        let scan = scanner.driver.scan();
+        // The order of a recipe for a time, and that of a target loss, count.
+        let is_ordered = scan.recipe().is_in_path_order() || scanner.config.target_loss.is_some();
+        let from = self.machine.angles().unwrap_or_default();
+        let next = match &scanner.config.machine {
+            None => Some((index, ArmAngles::from_directions(&directions))),
+            Some(machine) => {
+                let sample = [(index, directions)].into_iter();
+                let next = match purpose == Purpose::Sample && !is_ordered {
+                    true => machine.nearest(scan.pending(), &from),
+                    false => machine.nearest(sample, &from),
+                };
+                next.map(|next| (next.index, next.arms))
             }
         };
-        let mut buffer = [0; 64];
-        match select3(receiver.read(&mut buffer), timer, self.operator.command()).await {
-            Either3::First(Ok(count @ 1..)) => {
-                let bytes = buffer.iter().take(count);
-                bytes.for_each(|byte| self.driver.receive(*byte));
-                None
-            }
-            Either3::First(_) => {
-                Timer::after(LINE_PAUSE).await;
-                None
-            }
-            Either3::Second(()) => None,
-            Either3::Third(command) => Some(command),
-        }
-    }
-
-    /// Moves to the nearest pending sample, and reads it.
-    async fn measure(&mut self) {
-        let next = self.driver.scan().ok().and_then(|scan| {
-            let Some(machine) = &self.config.machine else {
-                let (index, directions) = scan.next_pending()?;
-                return Some((index, ArmAngles::from_directions(&directions)));
-            };
-            let next = machine.nearest(scan.pending(), &self.arms)?;
-            Some((next.index, next.arms))
-        });
-        let Some((index, arms)) = next else {
-            return self.driver.fail(NO_DIRECTION);
-        };
-        let machine = &mut *self.machine;
-        let read = async {
-            machine.move_to(arms).await?;
-            machine.read().await
-        };
-        match unless_stopped(read, self.operator).await {
-            Ok(reading) => {
-                self.arms = arms;
-                _ = self.driver.record(index, reading); // an invalid reading is repeated
-            }
-            Err(error) => {
-                self.machine.stop();
-                self.driver.fail(error);
-            }
-        }
-    }
-
-    async fn home(&mut self) -> Result<StepCheck, Error> {
-        self.arms = ArmAngles::default();
-        home(self.machine, self.memory, self.operator).await
-    }
-
-    async fn forget(&mut self) {
-        let forgotten = self.memory.forget().await;
-        self.forgets = forgotten.is_err();
-        if let Err(error) = forgotten {
-            self.driver.fail(error); // a reset would restore them
-        }
-    }
-
-    async fn obey(&mut self, command: Command) -> Next {
-        if command == Command::Stop {
-            // A complete scan has nothing to stop.
-            if self.driver.scan().ok().and_then(Scan::fitted).is_none() {
-                self.driver.fail(STOPPED);
-            }
-            return Next::Continue;
-        }
-        if self.forgets {
-            self.forget().await;
-            if self.forgets {
-                return Next::Continue;
-            }
-        }
-        if self.is_halted {
-            if let Err(error) = self.home().await {
-                self.driver.fail(error);
-                return Next::Continue;
-            }
-            self.is_halted = false;
-            if command == Command::Resume {
-                return Next::Restore;
-            }
-        }
-        if command == Command::Restart {
-            self.driver.restart();
-        }
-        Next::Continue
-    }
-}
-
-/// The next step after a command.
-#[derive(PartialEq)]
-enum Next {
-    Continue,
-    /// Begin again with the confirmed readings.
-    Restore,
-}
-
-/// Homes the arms, and confirms or deletes readings.
-async fn home(
-    machine: &mut impl Machine,
-    memory: &mut impl Memory,
-    operator: &mut impl Operator,
-) -> Result<StepCheck, Error> {
-    match unless_stopped(machine.home(), operator).await {
-        Ok(check) => {
-            memory.record_homing(check).await?;
-            Ok(check)
-        }
-        Err(error) => {
-            machine.stop();
-            Err(error)
-        }
-    }
-}
-
-/// Waits for a motion. Fails if the operator stops it; other commands have no effect while the arms move.
-async fn unless_stopped<T>(
-    motion: impl Future<Output = Result<T, Error>>,
-    operator: &mut impl Operator,
-) -> Result<T, Error> {
-    let mut motion = pin!(motion);
-    loop {
-        match select(&mut motion, operator.command()).await {
-            Either::First(result) => return result,
-            Either::Second(Command::Stop) => return Err(STOPPED),
-            Either::Second(_) => {}
-        }
+        let (index, arms) = next.ok_or(Error::new(ErrorCode::OutOfReach))?;
+        let is_lit = purpose != Purpose::Dark;
+        let counts = self.read(arms, is_lit).await?;
+        let of = scan.recipe().samples() as u16;
+        let number = of.saturating_sub(scan.pending().count() as u16);
+        let number = number.saturating_add(u16::from(purpose == Purpose::Sample));
+        self.show(Event::Reading(number, of, counts)).await;
+        let reading = scanner.optics.reading(counts, &arms, is_lit)?;
+        _ = scanner.driver.record(index, reading); // an invalid reading is repeated
+        Ok(())
     }
 }

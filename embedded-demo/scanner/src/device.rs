@@ -1,0 +1,237 @@
+//! The parts of a scanner together: each call shows what it does, keeps positions in the store, and stops on command.
+
+use core::fmt::Write as _;
+use core::future::{Future, pending};
+use core::pin::pin;
+
+use embassy_futures::select::{Either, Either3, select, select3};
+use embassy_time::{Duration, Timer, with_timeout};
+use embedded_hal::digital::{InputPin, OutputPin};
+use embedded_io_async::{Read, Write};
+use embedded_storage::nor_flash::NorFlash;
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::geometry::ArmAngles;
+use glimpse_core::store::Store;
+use heapless::String;
+
+use crate::goniometer::StepCheck;
+use crate::machine::Machine;
+use crate::operator::{Command, Event, Operator};
+use crate::optics::{Counts, Sensor};
+
+/// The longest time to pass bytes to the line. A USB port that nobody reads takes none; they are sent again later.
+const SEND_TIMEOUT: Duration = Duration::from_millis(100);
+/// The most bytes of a write. A host takes USB packets of 64 bytes only together with the next one.
+const MAX_WRITE: usize = 63;
+/// The pause after an error of the line.
+const LINE_PAUSE: Duration = Duration::from_millis(100);
+/// The longest line of text.
+const TEXT_BYTES: usize = 256;
+
+/// Machine, flash, operator and line.
+pub(crate) struct Device<'s, S, D, H, R, F, O, I, T> {
+    pub(crate) machine: &'s mut Machine<S, D, H, R>,
+    pub(crate) store: &'s mut Store<F>,
+    operator: &'s mut O,
+    receiver: I,
+    sender: T,
+    /// A command that came while bytes were sent.
+    command: Option<Command>,
+    /// The arms' target, if they are there.
+    at: Option<ArmAngles>,
+    /// Number of readings since the last homing.
+    pub(crate) readings: u16,
+}
+
+impl<'s, S, D, H, R, F, O, I, T> Device<'s, S, D, H, R, F, O, I, T>
+where
+    S: OutputPin,
+    D: OutputPin,
+    H: InputPin,
+    R: Sensor,
+    F: NorFlash,
+    O: Operator,
+    I: Read,
+    T: Write,
+{
+    /// Combines the parts. Positions and proofs from before a restart count.
+    pub(crate) fn new(
+        machine: &'s mut Machine<S, D, H, R>,
+        store: &'s mut Store<F>,
+        operator: &'s mut O,
+        (receiver, sender): (I, T),
+    ) -> Self {
+        if store.is_proven(machine.arms.settings_checksum()) {
+            machine.arms.trust_directions();
+        }
+        if let Some(angles) = store.angles() {
+            machine.arms.assume(angles);
+        }
+        Self {
+            machine,
+            store,
+            operator,
+            receiver,
+            sender,
+            command: None,
+            at: None,
+            readings: 0,
+        }
+    }
+
+    /// Shows an event to the operator, and as a line of text on the line.
+    pub(crate) async fn show(&mut self, mut event: Event<'_>) {
+        let mut text = String::<TEXT_BYTES>::new();
+        // Text that is too long is cut.
+        let _ = write!(text, "{event}").and_then(|()| text.write_str("\r\n"));
+        self.operator.show(&mut event);
+        self.send(text.as_bytes()).await;
+    }
+
+    /// Waits for a command.
+    pub(crate) async fn command(&mut self) -> Command {
+        match self.command.take() {
+            Some(command) => command,
+            None => self.operator.command().await,
+        }
+    }
+
+    /// Sends what the line takes. The driver repeats requests that are lost.
+    pub(crate) async fn send(&mut self, mut bytes: &[u8]) {
+        while !bytes.is_empty() {
+            let part = bytes.get(..MAX_WRITE).unwrap_or(bytes);
+            let write = with_timeout(SEND_TIMEOUT, self.sender.write(part));
+            let listen = async {
+                match self.command {
+                    Some(_) => pending().await,
+                    None => self.operator.command().await,
+                }
+            };
+            let count = match select(listen, write).await {
+                Either::First(command) => {
+                    self.command = Some(command);
+                    continue;
+                }
+                Either::Second(Ok(Ok(count))) if count > 0 => count,
+                Either::Second(_) => return,
+            };
+            bytes = bytes.get(count..).unwrap_or_default();
+        }
+    }
+
+    /// Waits for a command, for bytes, which `receive` takes, or for a time in ms. The command comes first: a line may
+    /// always have bytes or errors.
+    pub(crate) async fn wait(
+        &mut self,
+        delay_ms: Option<u32>,
+        receive: impl FnMut(&u8),
+    ) -> Option<Command> {
+        if let Some(command) = self.command.take() {
+            return Some(command);
+        }
+        let timer = async {
+            match delay_ms {
+                Some(ms) => Timer::after_millis(ms.into()).await,
+                None => pending().await,
+            }
+        };
+        let mut buffer = [0; 64];
+        match select3(
+            self.operator.command(),
+            self.receiver.read(&mut buffer),
+            timer,
+        )
+        .await
+        {
+            Either3::First(command) => return Some(command),
+            Either3::Second(Ok(count @ 1..)) => buffer.iter().take(count).for_each(receive),
+            Either3::Second(_) => {
+                let pause = select(self.operator.command(), Timer::after(LINE_PAUSE));
+                if let Either::First(command) = pause.await {
+                    return Some(command);
+                }
+            }
+            Either3::Third(()) => {}
+        }
+        None
+    }
+
+    /// Homes the arms, and confirms or deletes readings.
+    ///
+    /// # Errors
+    /// Of the arms or the flash, or [`ErrorCode::Stopped`].
+    pub(crate) async fn home(&mut self) -> Result<StepCheck, Error> {
+        if self.machine.arms.needs_confirmation() {
+            self.show(Event::Question).await;
+            if self.command().await == Command::Stop {
+                return Err(Error::new(ErrorCode::Stopped));
+            }
+        }
+        self.show(Event::Homing).await;
+        self.save_angles(None)?;
+        self.readings = 0;
+        let homed = unless_stopped(self.machine.home(), self.operator).await;
+        let check = self.rest(homed)?;
+        let settings = self.machine.arms.settings_checksum();
+        if self.machine.arms.directions_checked() && !self.store.is_proven(settings) {
+            self.store.save_proven(settings)?;
+        }
+        self.store.confirm(check == StepCheck::Passed)?;
+        Ok(check)
+    }
+
+    /// Moves the arms, unless they are there, and reads the counts.
+    ///
+    /// # Errors
+    /// Of the arms, the sensor or the flash, or [`ErrorCode::Stopped`].
+    pub(crate) async fn read(&mut self, arms: ArmAngles, is_lit: bool) -> Result<Counts, Error> {
+        if self.at != Some(arms) {
+            self.save_angles(None)?;
+            let moved = unless_stopped(self.machine.move_to(arms), self.operator).await;
+            self.rest(moved)?;
+            self.at = Some(arms);
+        }
+        self.readings = self.readings.saturating_add(1);
+        unless_stopped(self.machine.counts(is_lit), self.operator).await
+    }
+
+    /// Keeps the position of the arms, which are at rest or stopped.
+    fn rest<V>(&mut self, moved: Result<V, Error>) -> Result<V, Error> {
+        if moved.is_err() {
+            self.stop();
+        }
+        self.save_angles(self.machine.arms.angles())?;
+        moved
+    }
+
+    /// Stops the arms. Nothing moves until they are homed.
+    pub(crate) fn stop(&mut self) {
+        self.machine.stop();
+        self.at = None;
+    }
+
+    fn save_angles(&mut self, angles: Option<[f32; 4]>) -> Result<(), Error> {
+        if angles.is_none() {
+            self.at = None;
+        }
+        match self.store.angles() == angles {
+            true => Ok(()),
+            false => self.store.save_angles(angles),
+        }
+    }
+}
+
+/// Waits for a motion or a reading. Fails if the operator stops it; other commands have no effect in the meantime.
+async fn unless_stopped<T>(
+    motion: impl Future<Output = Result<T, Error>>,
+    operator: &mut impl Operator,
+) -> Result<T, Error> {
+    let mut motion = pin!(motion);
+    loop {
+        match select(operator.command(), &mut motion).await {
+            Either::First(Command::Stop) => return Err(Error::new(ErrorCode::Stopped)),
+            Either::First(_) => {}
+            Either::Second(result) => return result,
+        }
+    }
+}
