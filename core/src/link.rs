@@ -41,14 +41,12 @@
 //! ```
 
 mod conversation;
-mod failure;
 mod frame;
 mod limits;
 mod list;
 mod message;
 
 pub use conversation::{Client, Received, Server};
-pub use failure::FailureReport;
 pub use frame::{FRAME_BYTES, FrameReader, encode};
 pub use limits::{BYTES_PER_FRAME, VALUES_PER_FRAME};
 pub use list::{List, RecipeBytes, Values};

@@ -156,5 +156,5 @@ impl<K: ScanModel> Driver<'_, K> {
 
 /// Returns the error of a refusal. Its detail is the number, as in protocol 6.
 fn refused(code: ErrorCode) -> Error {
-    Error::with(code, [code as u32, 0])
+    Error::with(code, [code.number().into(), 0])
 }

@@ -52,7 +52,7 @@ impl<K: ScanModel> Driver<'_, K> {
                 self.wake_at = self.report_pause.end(now);
                 match self.wake_at {
                     Some(_) => Action::Wait,
-                    None => self.request(Request::Failed(error.into()), now),
+                    None => self.request(Request::Failed(error), now),
                 }
             }
             Phase::Rest => Action::Wait,

@@ -1,9 +1,9 @@
 //! Messages of the link.
 
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
-use super::{FailureReport, RecipeBytes, Values};
-use crate::error::ErrorCode;
+use super::{RecipeBytes, Values};
+use crate::error::{Error, ErrorCode};
 use crate::fit::Progress;
 use crate::geometry::Directions;
 use crate::gonio::Reading;
@@ -54,7 +54,7 @@ pub enum Request {
     /// Ends the scan, after all values.
     Finished(Residual),
     /// The scan has failed.
-    Failed(FailureReport),
+    Failed(Error),
     /// Asks if a reading from before a reset is still valid, because the material may have changed.
     Saved {
         /// Index of the sample in the recipe's pattern.
@@ -90,8 +90,9 @@ pub enum Reply {
     },
     /// Replies to all other requests. After [`Request::Update`], it means that the host has no other recipe.
     Accepted,
-    /// Refuses the request: [`ErrorCode::RefusedNoScan`] to [`ErrorCode::RefusedOther`].
-    Refused(#[serde(deserialize_with = "refusal")] ErrorCode),
+    /// Refuses the request: [`ErrorCode::RefusedNoScan`] to [`ErrorCode::RefusedRequest`], or a reason that this version
+    /// does not know.
+    Refused(ErrorCode),
     /// Replies to [`Request::Update`] if the host has another recipe.
     Recipe {
         /// Length of the recipe in bytes.
@@ -142,12 +143,4 @@ impl Reply {
             _ => false,
         }
     }
-}
-
-/// Decodes the reason of a refusal. One of a newer peer becomes [`ErrorCode::RefusedOther`].
-fn refusal<'de, D: Deserializer<'de>>(deserializer: D) -> Result<ErrorCode, D::Error> {
-    let code = ErrorCode::from_number(u16::deserialize(deserializer)?);
-    Ok(code
-        .filter(|code| code.is_refusal())
-        .unwrap_or(ErrorCode::RefusedOther))
 }
