@@ -1,26 +1,35 @@
 //! The error of all fallible functions, with stable numbers for the link and for C.
 
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 /// An error: its code, the field of a recipe that it concerns, and two numbers.
+///
+/// The link transmits it without the field. A host also receives and prints codes that it does not know.
 ///
 /// ```
 /// use glimpse_core::error::{Error, ErrorCode};
 ///
 /// let error = Error::with(ErrorCode::Memory, [120, 100]);
-/// assert_eq!(error.code as u16, 50);
+/// assert_eq!(error.code.number(), 50);
 /// assert_eq!(
 ///     error.to_string(),
 ///     "the recipe needs more memory than the firmware has: compute the length with `recipe::memory_words`, \
 ///      or `glimpse_scan_bytes` in C (words needed: 120, words available: 100)"
 /// );
+///
+/// let newer = Error::with(ErrorCode::from_number(999), [7, 0]);
+/// assert_eq!(
+///     newer.to_string(),
+///     "an error that this version does not know: update it (code: 999, details: 7, 0)"
+/// );
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Error {
     /// The kind of error.
     pub code: ErrorCode,
     /// The name of the recipe's field, such as "ridge.rows", as in `core/docs/recipe.md`. Empty for most errors.
+    #[serde(skip)]
     pub field: &'static str,
     /// Numbers whose meaning depends on the code. The documentation of each code lists them in order. Unused ones are
     /// 0. An angle is the bits of an f32, in radians.
@@ -56,19 +65,23 @@ impl Error {
     /// Returns true if the fit has a result, but its readings are unlikely to come from a material.
     #[must_use]
     pub const fn is_implausible(&self) -> bool {
-        self.code.is_implausible()
+        matches!(self.code.0, 84..=95)
     }
 }
 
 impl core::fmt::Display for Error {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(self.code.text())?;
+        let Some(formats) = self.code.details() else {
+            let [first, second] = self.details;
+            return write!(f, " (code: {}, details: {first}, {second})", self.code.0);
+        };
         let mut separator = " (";
         if !self.field.is_empty() {
             write!(f, "{separator}field: {}", self.field)?;
             separator = ", ";
         }
-        for ((format, label), value) in self.code.details().iter().zip(self.details) {
+        for ((format, label), value) in formats.iter().zip(self.details) {
             let name =
                 |names: &[&'static str]| names.get(value as usize).copied().unwrap_or("unknown");
             match format {
@@ -134,59 +147,105 @@ impl core::fmt::Display for Decimal {
     }
 }
 
-/// Defines the codes with their numbers, texts, and details: the format and the label of each.
+/// A stable number for each kind of error.
+///
+/// The link transmits these numbers, and the C library returns them. The meaning of a number never changes. Of the
+/// numbers that are not listed here, the C library uses 7, 16, 17, 19, 21, 83, and negative ones. 40 to 42, 49, 91 and
+/// 107 are not used.
+///
+/// ```
+/// use glimpse_core::error::ErrorCode;
+///
+/// assert_eq!(ErrorCode::RecipeMagic.number(), 32);
+/// assert_eq!(ErrorCode::from_number(32), ErrorCode::RecipeMagic);
+/// assert_eq!(format!("{:?}", ErrorCode::RecipeMagic), "RecipeMagic");
+/// assert_eq!(format!("{:?}", ErrorCode::from_number(9_999)), "ErrorCode(9999)");
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[repr(transparent)]
+pub struct ErrorCode(u16);
+
+impl ErrorCode {
+    /// Returns the code with this number. This version may not know it.
+    #[must_use]
+    pub const fn from_number(number: u16) -> Self {
+        Self(number)
+    }
+
+    /// Returns the code's number.
+    #[must_use]
+    pub const fn number(self) -> u16 {
+        self.0
+    }
+}
+
+impl core::fmt::Debug for ErrorCode {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self.name() {
+            Some(name) => f.write_str(name),
+            None => write!(f, "ErrorCode({})", self.0),
+        }
+    }
+}
+
+#[cfg(feature = "defmt")]
+impl defmt::Format for ErrorCode {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        match self.name() {
+            Some(name) => defmt::write!(f, "{=str}", name),
+            None => defmt::write!(f, "ErrorCode({=u16})", self.0),
+        }
+    }
+}
+
+/// Defines the codes with their numbers, texts, and details: the format and the label of each. The first line is the
+/// text of an unknown code.
 macro_rules! error_codes {
-    ($($name:ident = $number:literal, $text:literal $(, $format:ident $label:literal)*;)+) => {
-        /// A stable number for each kind of error.
-        ///
-        /// The link transmits these numbers, and the C library returns them. The meaning of a number never changes. Of the
-        /// numbers that are not listed here, the C library uses 7, 16, 17, 19, 21, 83, and negative ones. 40 to 42 and 49
-        /// are not used.
-        ///
-        /// ```
-        /// use glimpse_core::error::ErrorCode;
-        ///
-        /// assert_eq!(ErrorCode::RecipeMagic as u16, 32);
-        /// assert_eq!(ErrorCode::from_number(32), Some(ErrorCode::RecipeMagic));
-        /// assert_eq!(ErrorCode::from_number(9_999), None); // unknown to this version
-        /// ```
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-        #[non_exhaustive]
-        #[repr(u16)]
-        pub enum ErrorCode {
+    (
+        _, $unknown:literal;
+        $($name:ident = $number:literal, $text:literal $(, $format:ident $label:literal)*;)+
+    ) => {
+        #[allow(non_upper_case_globals)]
+        impl ErrorCode {
             $(
                 #[doc = concat!("Number ", $number, ": ", $text, ".")]
                 $(#[doc = concat!("\n- ", $label)])*
-                $name = $number,
+                pub const $name: Self = Self($number);
             )+
-        }
 
-        impl ErrorCode {
             /// All codes of this version.
             pub const ALL: &'static [Self] = &[$(Self::$name,)+];
-
-            /// Returns the code with this number, or None if this version does not know it.
-            #[must_use]
-            pub const fn from_number(number: u16) -> Option<Self> {
-                Some(match number {
-                    $($number => Self::$name,)+
-                    _ => return None,
-                })
-            }
 
             /// Returns a description without details: what is wrong, and what to do.
             #[must_use]
             pub const fn text(self) -> &'static str {
                 match self {
                     $(Self::$name => $text,)+
+                    _ => $unknown,
                 }
             }
 
-            /// Returns the format and the label of each detail.
-            const fn details(self) -> &'static [(Format, &'static str)] {
+            /// Returns the [text](Self::text) for C, with a zero byte at its end.
+            #[must_use]
+            pub const fn zero_terminated_text(self) -> &'static str {
                 match self {
-                    $(Self::$name => &[$((Format::$format, $label),)*],)+
+                    $(Self::$name => concat!($text, "\0"),)+
+                    _ => concat!($unknown, "\0"),
+                }
+            }
+
+            const fn name(self) -> Option<&'static str> {
+                match self {
+                    $(Self::$name => Some(stringify!($name)),)+
+                    _ => None,
+                }
+            }
+
+            /// Returns the format and the label of each detail; None for an unknown code.
+            const fn details(self) -> Option<&'static [(Format, &'static str)]> {
+                match self {
+                    $(Self::$name => Some(&[$((Format::$format, $label),)*]),)+
+                    _ => None,
                 }
             }
         }
@@ -194,6 +253,8 @@ macro_rules! error_codes {
 }
 
 error_codes! {
+    _, "an error that this version does not know: update it";
+
     BufferTooSmall = 5, "the buffer is too small for the result: use a larger one";
 
     Incomplete = 18, "readings are missing: record them",
@@ -270,7 +331,6 @@ error_codes! {
     Drift = 93, "the sample read again at the end differs: let the lamp warm up, keep the room light constant, and check the axes";
     Saturated = 94, "too many readings are saturated: reduce the exposure of white and sample";
     Restored = 95, "all readings are from before a restart of the device: if the material has changed since, scan it again";
-    ImplausibleOther = 91, "the fit is implausible for a reason that this version does not know: update the host";
 
     Machine = 96, "the device's own arms or sensor failed: see its log";
     Protocol = 97, "the host speaks another version of the protocol: update the device or the host",
@@ -281,11 +341,9 @@ error_codes! {
     RefusedValues = 101, "the host refused because the model has another number of values: update the device or the host";
     RefusedModel = 102, "the host refused because it does not support this model: use another recipe";
     RefusedRestored = 103, "the host refused because it has not sent this reading: read all samples again";
-    RefusedRecipe = 104, "the host refused because this is not the recipe that it offered: fetch it again";
     OutOfReach = 105, "samples of the recipe are out of reach: train within the machine's limits",
         Number "first sample", Number "samples";
     RefusedRequest = 106, "the host refused because it does not support this request: update the host";
-    RefusedOther = 107, "the host refused for a reason that the device does not know: see the host's log";
     Storage = 108, "the flash could not be read, written or erased: check the layout's offset";
     FrameTooLong = 109, "the frame, or a list in it, is too long: use a buffer of `FRAME_BYTES`, and shorter lists";
     FrameDamaged = 110, "the frame was cut or altered in transit: ignore it, because the device sends it again";
@@ -345,23 +403,8 @@ error_codes! {
 }
 
 impl ErrorCode {
-    pub(crate) const fn is_implausible(self) -> bool {
-        matches!(self as u16, 84..=95)
-    }
-
     /// Returns true if the device's own arms, sensor or operator caused the error.
     pub(crate) const fn is_machine(self) -> bool {
-        matches!(self as u16, 96 | 128..=159)
-    }
-
-    pub(crate) const fn is_refusal(self) -> bool {
-        matches!(self as u16, 99..=104 | 106..=107)
-    }
-}
-
-/// The link transmits the number.
-impl Serialize for ErrorCode {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_u16(*self as u16)
+        matches!(self.0, 96 | 128..=159)
     }
 }

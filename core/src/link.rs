@@ -29,7 +29,7 @@
 //! let (mut device, mut host) = (DeviceEnd::new(0), HostEnd::new());
 //! let (mut request, mut reply) = ([0; FRAME_BYTES], [0; FRAME_BYTES]);
 //!
-//! let failed = Request::Failed(Error::new(ErrorCode::Machine).into());
+//! let failed = Request::Failed(Error::new(ErrorCode::Machine));
 //! for byte in device.request(&failed, &mut request)? {
 //!     // None before the end of the frame.
 //!     if let Some(frame) = host.answer(*byte, &mut reply, |_| Some(Reply::Accepted)) {
@@ -41,13 +41,11 @@
 //! ```
 
 mod conversation;
-mod failure;
 mod frame;
 mod limits;
 mod message;
 
 pub use conversation::{DeviceEnd, HostEnd, Received};
-pub use failure::FailureReport;
 pub use frame::{FRAME_BYTES, FrameReader, encode};
 pub use limits::{VALUES_PER_FRAME, Values};
 pub use message::{PROTOCOL, Purpose, Reply, Request};

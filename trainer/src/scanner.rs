@@ -7,10 +7,10 @@ use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-use glimpse_core::error::ErrorCode;
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use glimpse_core::gonio::Reading;
-use glimpse_core::link::{FRAME_BYTES, FailureReport, HostEnd, PROTOCOL, Purpose, Reply, Request};
+use glimpse_core::link::{FRAME_BYTES, HostEnd, PROTOCOL, Purpose, Reply, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::scan::Residual;
 use glimpse_materials::basis::Basis;
@@ -34,7 +34,7 @@ pub enum ScannerError {
     Closed,
     /// The device aborted the scan.
     #[error("the device aborted the scan: {0}")]
-    Device(FailureReport),
+    Device(Error),
     /// The device speaks another version of the protocol.
     #[error(
         "the device speaks protocol version {0}, but this host speaks {PROTOCOL}; use firmware and trainer of the same \

@@ -54,7 +54,7 @@ static glimpse_status scan_material(const char *name, const uint8_t *recipe, siz
         status = glimpse_fit_advance(scan, 8, &progress); /* service motors and watchdog here */
     if (status != GLIMPSE_STATUS_OK) return status;
 
-    /* An implausible material (status 84 to 91) also has a result. This example treats it as a failure. */
+    /* An implausible material (status 84 to 95) also has a result. This example treats it as a failure. */
     status = glimpse_fit_finish(scan);
     if (status != GLIMPSE_STATUS_OK) return status;
     status = print_fitted(name, scan);

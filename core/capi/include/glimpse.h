@@ -87,354 +87,493 @@ enum glimpse_status
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * The argument `scan` is an invalid pointer.
+     * argument `scan`: null or misaligned; check the status of glimpse_scan_begin
      */
     GLIMPSE_STATUS_ARGUMENT_SCAN = -1,
     /**
-     * The argument `driver` is an invalid pointer.
+     * argument `driver`: null or misaligned; check the status of glimpse_driver_begin
      */
     GLIMPSE_STATUS_ARGUMENT_DRIVER = -2,
     /**
-     * The argument `scan` or `driver` is stale: in this memory nothing was begun, it was ended or moved, or
-     * the other kind was begun.
+     * argument `scan` or `driver`: nothing is in use in this memory, or the other kind of handle
      */
     GLIMPSE_STATUS_STALE = -3,
     /**
-     * The argument `scan` is a driver's scan, which changes only with functions of the driver.
+     * argument `scan`: it belongs to a driver; call functions of the driver to change it
      */
     GLIMPSE_STATUS_READ_ONLY = -4,
     /**
-     * The argument `memory` is an invalid pointer, or not aligned to GLIMPSE_ALIGNMENT.
+     * argument `memory`: null or misaligned; declare it with GLIMPSE_MEMORY
      */
     GLIMPSE_STATUS_ARGUMENT_MEMORY = -5,
     /**
-     * The argument `recipe` is an invalid pointer, or it was rejected although it is usable.
+     * argument `recipe`: null, too long, or rejected although it is usable
      */
     GLIMPSE_STATUS_ARGUMENT_RECIPE = -6,
     /**
-     * The argument `basis` is an invalid pointer.
+     * argument `basis`: null or too long
      */
     GLIMPSE_STATUS_ARGUMENT_BASIS = -7,
     /**
-     * The argument `config` is an invalid pointer.
+     * argument `config`: null or misaligned; start with glimpse_config_default
      */
     GLIMPSE_STATUS_ARGUMENT_CONFIG = -8,
     /**
-     * The host in the argument `config` is not one of glimpse_host.
+     * argument `config`: its field `host` is not one of glimpse_host
      */
     GLIMPSE_STATUS_ARGUMENT_HOST = -9,
     /**
-     * The target loss in the argument `config` is negative or NAN.
+     * argument `config`: its field `target_loss` is negative or NAN
      */
     GLIMPSE_STATUS_ARGUMENT_TARGET_LOSS = -10,
     /**
-     * The argument `machine`, or the machine in `config`, is an invalid pointer or has invalid limits.
+     * argument `machine`, or that field of `config`: null, misaligned, or limits out of range (radians)
      */
     GLIMPSE_STATUS_ARGUMENT_MACHINE = -11,
     /**
-     * The argument `from` is an invalid pointer.
+     * argument `from`: null or misaligned
      */
     GLIMPSE_STATUS_ARGUMENT_ARMS = -12,
     /**
-     * The argument `saved`, or one of its slots, is an invalid pointer.
+     * argument `saved`: null or misaligned, or one of its slots is null or too long
      */
     GLIMPSE_STATUS_ARGUMENT_SAVED = -13,
     /**
-     * The argument `reading` is an invalid pointer.
+     * argument `reading`: null or misaligned
      */
     GLIMPSE_STATUS_ARGUMENT_READING = -14,
     /**
-     * The argument `directions` or `at` is an invalid pointer.
+     * argument `directions` or `at`: null or misaligned
      */
     GLIMPSE_STATUS_ARGUMENT_DIRECTIONS = -15,
     /**
-     * The argument `bytes` is an invalid pointer.
+     * argument `bytes`: null or too long
      */
     GLIMPSE_STATUS_ARGUMENT_BYTES = -16,
     /**
-     * The argument `failure` is neither GLIMPSE_STATUS_MACHINE nor GLIMPSE_STATUS_STORAGE.
+     * argument `failure`: neither GLIMPSE_STATUS_MACHINE nor GLIMPSE_STATUS_STORAGE
      */
     GLIMPSE_STATUS_ARGUMENT_FAILURE = -17,
     /**
-     * The argument `calibration` is an invalid pointer, or its footprint is not one of glimpse_footprint.
+     * argument `calibration`: null, misaligned, or its field `footprint` is not one of glimpse_footprint
      */
     GLIMPSE_STATUS_ARGUMENT_CALIBRATION = -18,
     /**
-     * The argument `counts` is an invalid pointer.
+     * argument `counts`: null or misaligned
      */
     GLIMPSE_STATUS_ARGUMENT_COUNTS = -19,
     /**
-     * The argument `repeated` is an invalid pointer.
+     * argument `repeated`: null or misaligned
      */
     GLIMPSE_STATUS_ARGUMENT_REPEATED = -20,
     /**
-     * The argument `buffer` or `values` is an invalid pointer.
+     * argument `buffer` or `values`: null, misaligned or too long
      */
     GLIMPSE_STATUS_ARGUMENT_BUFFER = -21,
     /**
-     * An argument that receives a result is an invalid pointer.
+     * argument for a result: null or misaligned
      */
     GLIMPSE_STATUS_ARGUMENT_RESULT = -22,
     /**
-     * Success.
+     * success
      */
     GLIMPSE_STATUS_OK = 0,
     /**
-     * The buffer is too small for the result.
-     */
-    GLIMPSE_STATUS_BUFFER_TOO_SMALL = 5,
-    /**
-     * An error of glimpse-core that this library does not know.
-     */
-    GLIMPSE_STATUS_UNKNOWN = 7,
-    /**
-     * No sample is pending: the loop over samples ends.
+     * no sample is pending
      */
     GLIMPSE_STATUS_NONE_PENDING = 16,
     /**
-     * This sample has no reading.
+     * this sample has no reading
      */
     GLIMPSE_STATUS_NOT_READ = 17,
     /**
-     * A reading is missing; glimpse_scan_next() returns its sample.
-     */
-    GLIMPSE_STATUS_INCOMPLETE = 18,
-    /**
-     * No fit is under way; glimpse_fit_begin() begins one, and a reading ends it.
+     * no fit is under way: glimpse_fit_begin begins one, and a reading ends it
      */
     GLIMPSE_STATUS_NO_FIT = 19,
     /**
-     * The fit is not complete: call glimpse_fit_advance() until done equals total.
-     */
-    GLIMPSE_STATUS_UNFINISHED = 20,
-    /**
-     * No fit has been finished since the last reading: call glimpse_fit_finish().
+     * no fit has been finished since the last reading: call glimpse_fit_finish
      */
     GLIMPSE_STATUS_NOT_FITTED = 21,
     /**
-     * The driver's scan is finished, has failed, or does not exist: it takes no readings.
-     */
-    GLIMPSE_STATUS_NOT_SCANNING = 22,
-    /**
-     * No intact readings are saved.
-     */
-    GLIMPSE_STATUS_SAVED_DAMAGED = 23,
-    /**
-     * The saved readings belong to another recipe.
-     */
-    GLIMPSE_STATUS_SAVED_RECIPE = 24,
-    /**
-     * The white's counts are not above the dark counts.
-     */
-    GLIMPSE_STATUS_WHITE_NOT_BRIGHTER = 25,
-    /**
-     * The white's reflectance is not above 0 and at most 2.
-     */
-    GLIMPSE_STATUS_WHITE_REFLECTANCE = 26,
-    /**
-     * The white is saturated.
-     */
-    GLIMPSE_STATUS_WHITE_SATURATED = 27,
-    /**
-     * The bytes are not a recipe.
-     */
-    GLIMPSE_STATUS_RECIPE_MAGIC = 32,
-    /**
-     * The recipe has an unknown format version.
-     */
-    GLIMPSE_STATUS_RECIPE_VERSION = 33,
-    /**
-     * The recipe was truncated or padded.
-     */
-    GLIMPSE_STATUS_RECIPE_LENGTH = 34,
-    /**
-     * The recipe's bytes were altered.
-     */
-    GLIMPSE_STATUS_RECIPE_CHECKSUM = 35,
-    /**
-     * The recipe's body does not follow the format.
-     */
-    GLIMPSE_STATUS_RECIPE_MALFORMED = 36,
-    /**
-     * A field of the recipe has an impossible count.
-     */
-    GLIMPSE_STATUS_RECIPE_COUNT = 37,
-    /**
-     * A field of the recipe holds a NaN or an infinity.
-     */
-    GLIMPSE_STATUS_RECIPE_NON_FINITE = 38,
-    /**
-     * A direction of the recipe's pattern is below the horizon.
-     */
-    GLIMPSE_STATUS_RECIPE_BELOW_HORIZON = 39,
-    /**
-     * A field of the recipe holds a number out of range.
-     */
-    GLIMPSE_STATUS_RECIPE_RANGE = 43,
-    /**
-     * The machine's limits are invalid.
-     */
-    GLIMPSE_STATUS_LIMITS = 44,
-    /**
-     * The recipe has a required section that this library does not know.
-     */
-    GLIMPSE_STATUS_RECIPE_UNKNOWN = 45,
-    /**
-     * The recipe's sections are invalid or out of order.
-     */
-    GLIMPSE_STATUS_RECIPE_SECTIONS = 46,
-    /**
-     * The recipe's header states other sizes than its sections have.
-     */
-    GLIMPSE_STATUS_RECIPE_HEADER = 47,
-    /**
-     * The recipe's model is not the one that this library was built for.
-     */
-    GLIMPSE_STATUS_MODEL = 48,
-    /**
-     * The memory is too small for the recipe: see glimpse_scan_bytes() and glimpse_driver_bytes().
-     */
-    GLIMPSE_STATUS_MEMORY = 50,
-    /**
-     * The basis is not the one that the recipe names.
-     */
-    GLIMPSE_STATUS_BASIS = 51,
-    /**
-     * The bytes are not a compact basis.
-     */
-    GLIMPSE_STATUS_BASIS_MAGIC = 52,
-    /**
-     * The compact basis has an unknown format version.
-     */
-    GLIMPSE_STATUS_BASIS_VERSION = 53,
-    /**
-     * The compact basis was truncated or padded.
-     */
-    GLIMPSE_STATUS_BASIS_LENGTH = 54,
-    /**
-     * The compact basis's bytes were altered.
-     */
-    GLIMPSE_STATUS_BASIS_CHECKSUM = 55,
-    /**
-     * The compact basis has an impossible count or scale.
-     */
-    GLIMPSE_STATUS_BASIS_MALFORMED = 56,
-    /**
-     * A channel of the reading is not a finite number.
-     */
-    GLIMPSE_STATUS_READING_NON_FINITE = 64,
-    /**
-     * A channel of the reading is below -1 sr^-1, which noise cannot explain.
-     */
-    GLIMPSE_STATUS_READING_NEGATIVE = 65,
-    /**
-     * The recipe's pattern has no sample with this index.
-     */
-    GLIMPSE_STATUS_READING_INDEX = 66,
-    /**
-     * A sample was skipped, but the recipe needs every reading.
-     */
-    GLIMPSE_STATUS_READING_REQUIRED = 67,
-    /**
-     * The readings are too large for a BRDF: pass values in sr^-1, not counts.
-     */
-    GLIMPSE_STATUS_READINGS_TOO_LARGE = 80,
-    /**
-     * The fit diverged.
-     */
-    GLIMPSE_STATUS_DIVERGED = 81,
-    /**
-     * A direction is below the horizon, not finite or not of unit length.
-     */
-    GLIMPSE_STATUS_DIRECTIONS = 82,
-    /**
-     * Linear has no BRDF without a basis: see glimpse_scan_set_basis().
+     * Linear has no BRDF without a basis: call glimpse_scan_set_basis, or compute it on a host from the values
      */
     GLIMPSE_STATUS_NO_BASIS = 83,
     /**
-     * Implausible: the readings are not above 0.
+     * the buffer is too small for the result: use a larger one
+     */
+    GLIMPSE_STATUS_BUFFER_TOO_SMALL = 5,
+    /**
+     * readings are missing: record them
+     */
+    GLIMPSE_STATUS_INCOMPLETE = 18,
+    /**
+     * the fit is not complete: advance it until all units are done
+     */
+    GLIMPSE_STATUS_UNFINISHED = 20,
+    /**
+     * the scan is finished, has failed, or does not exist: resume or restart it before readings
+     */
+    GLIMPSE_STATUS_NOT_SCANNING = 22,
+    /**
+     * no intact readings are saved: read all samples
+     */
+    GLIMPSE_STATUS_SAVED_DAMAGED = 23,
+    /**
+     * the saved readings belong to another recipe: read all samples
+     */
+    GLIMPSE_STATUS_SAVED_RECIPE = 24,
+    /**
+     * the white is not brighter than dark: check the lamp, and the order of both
+     */
+    GLIMPSE_STATUS_WHITE_NOT_BRIGHTER = 25,
+    /**
+     * the white's reflectance is not above 0 and at most 2: give a fraction, not per cent
+     */
+    GLIMPSE_STATUS_WHITE_REFLECTANCE = 26,
+    /**
+     * the white is saturated: reduce the exposure of white and sample
+     */
+    GLIMPSE_STATUS_WHITE_SATURATED = 27,
+    /**
+     * a channel of dark, white or sample is not a finite number: read it again
+     */
+    GLIMPSE_STATUS_CHANNEL_NON_FINITE = 28,
+    /**
+     * the bytes are not a recipe, which starts with GLMP: train one with `trainer train`
+     */
+    GLIMPSE_STATUS_RECIPE_MAGIC = 32,
+    /**
+     * the recipe has an unknown format version: train again, or update the firmware
+     */
+    GLIMPSE_STATUS_RECIPE_VERSION = 33,
+    /**
+     * the recipe was cut or padded: store all of its bytes again
+     */
+    GLIMPSE_STATUS_RECIPE_LENGTH = 34,
+    /**
+     * the recipe's checksum is wrong, because its bytes were altered: store it again
+     */
+    GLIMPSE_STATUS_RECIPE_CHECKSUM = 35,
+    /**
+     * the recipe's body does not follow the format: train again
+     */
+    GLIMPSE_STATUS_RECIPE_MALFORMED = 36,
+    /**
+     * a field of the recipe has an impossible count: train again
+     */
+    GLIMPSE_STATUS_RECIPE_COUNT = 37,
+    /**
+     * a field of the recipe holds a NaN or an infinity: train again
+     */
+    GLIMPSE_STATUS_RECIPE_NON_FINITE = 38,
+    /**
+     * a direction of the recipe's pattern is below the horizon: train again
+     */
+    GLIMPSE_STATUS_RECIPE_BELOW_HORIZON = 39,
+    /**
+     * a field of the recipe holds a number out of range: train again
+     */
+    GLIMPSE_STATUS_RECIPE_RANGE = 43,
+    /**
+     * the machine's limits are invalid: polar angles have to be above 0 and at most pi/2 (radians), the separation from 0 to their sum
+     */
+    GLIMPSE_STATUS_LIMITS = 44,
+    /**
+     * the recipe has a required section that the firmware does not know: enable the feature `ridge`, or update the firmware
+     */
+    GLIMPSE_STATUS_RECIPE_UNKNOWN = 45,
+    /**
+     * a section of the recipe is missing, out of order, or does not follow the format: train again
+     */
+    GLIMPSE_STATUS_RECIPE_SECTIONS = 46,
+    /**
+     * the recipe's header states other sizes than its sections have: train again
+     */
+    GLIMPSE_STATUS_RECIPE_HEADER = 47,
+    /**
+     * the recipe's model is not the firmware's: change the firmware's model or the recipe
+     */
+    GLIMPSE_STATUS_MODEL = 48,
+    /**
+     * the recipe needs more memory than the firmware has: compute the length with `recipe::memory_words`, or `glimpse_scan_bytes` in C
+     */
+    GLIMPSE_STATUS_MEMORY = 50,
+    /**
+     * the basis is not the one that the recipe names: export the recipe's basis, or use none if the recipe names none
+     */
+    GLIMPSE_STATUS_BASIS = 51,
+    /**
+     * the bytes are not a compact basis, which starts with GLMC: `trainer export --format basis` writes one
+     */
+    GLIMPSE_STATUS_BASIS_MAGIC = 52,
+    /**
+     * the compact basis has an unknown format version: export it again
+     */
+    GLIMPSE_STATUS_BASIS_VERSION = 53,
+    /**
+     * the compact basis was cut or padded: export it again
+     */
+    GLIMPSE_STATUS_BASIS_LENGTH = 54,
+    /**
+     * the compact basis's checksum is wrong, because its bytes were altered: export it again
+     */
+    GLIMPSE_STATUS_BASIS_CHECKSUM = 55,
+    /**
+     * the compact basis has an impossible count or scale: export it again
+     */
+    GLIMPSE_STATUS_BASIS_MALFORMED = 56,
+    /**
+     * a channel of the reading is not a finite number: read it again
+     */
+    GLIMPSE_STATUS_READING_NON_FINITE = 64,
+    /**
+     * a channel of the reading is below -1 sr^-1, too far below 0 to be noise: check the dark reading
+     */
+    GLIMPSE_STATUS_READING_NEGATIVE = 65,
+    /**
+     * the recipe's pattern has no sample with this index: use an index below the number of samples
+     */
+    GLIMPSE_STATUS_READING_INDEX = 66,
+    /**
+     * a sample was skipped, but the recipe needs every reading: train one with `--missing`
+     */
+    GLIMPSE_STATUS_READING_REQUIRED = 67,
+    /**
+     * more than three quarters of the readings are too large for a BRDF: convert counts or percent to sr^-1
+     */
+    GLIMPSE_STATUS_READINGS_TOO_LARGE = 80,
+    /**
+     * the fit diverged, because the recipe describes no material with such readings: check the units (sr^-1, not counts) and the sensor's range
+     */
+    GLIMPSE_STATUS_DIVERGED = 81,
+    /**
+     * a direction is not a finite unit vector above the horizon: its length has to be 1 within 0.001, and z positive, along the sample's normal
+     */
+    GLIMPSE_STATUS_DIRECTIONS = 82,
+    /**
+     * the readings are not above 0: check the dark reading
      */
     GLIMPSE_STATUS_DARK = 84,
     /**
-     * Implausible: all readings are equal.
+     * all readings are equal: check that the sensor is not stuck
      */
     GLIMPSE_STATUS_REPEATED = 85,
     /**
-     * Implausible: the red channel's readings are near 0, but another channel's are not.
+     * the red channel reads 0 while others do not: check its filter and amplifier
      */
     GLIMPSE_STATUS_DEAD_RED = 86,
     /**
-     * Implausible: the green channel's readings are near 0, but another channel's are not.
+     * the green channel reads 0 while others do not: check its filter and amplifier
      */
     GLIMPSE_STATUS_DEAD_GREEN = 87,
     /**
-     * Implausible: the blue channel's readings are near 0, but another channel's are not.
+     * the blue channel reads 0 while others do not: check its filter and amplifier
      */
     GLIMPSE_STATUS_DEAD_BLUE = 88,
     /**
-     * Implausible: the material reflects several times the light it receives.
+     * the material reflects several times the light it receives: the readings may be percent, pi times the BRDF, or not divided by the white reading
      */
     GLIMPSE_STATUS_ALBEDO = 89,
     /**
-     * Implausible: the fit explains its readings far worse than expected.
+     * the fit explains its readings far worse than expected: check alignment, units and the sensor
      */
     GLIMPSE_STATUS_RESIDUAL = 90,
     /**
-     * Implausible for a reason that this version does not know.
+     * the readings with the lamp off are too large a part of those with it: darken the room, or read the dark again
      */
-    GLIMPSE_STATUS_IMPLAUSIBLE_OTHER = 91,
+    GLIMPSE_STATUS_ROOM_LIGHT = 92,
     /**
-     * The device's own arms or sensor failed.
+     * the sample read again at the end differs: let the lamp warm up, keep the room light constant, and check the axes
+     */
+    GLIMPSE_STATUS_DRIFT = 93,
+    /**
+     * too many readings are saturated: reduce the exposure of white and sample
+     */
+    GLIMPSE_STATUS_SATURATED = 94,
+    /**
+     * all readings are from before a restart of the device: if the material has changed since, scan it again
+     */
+    GLIMPSE_STATUS_RESTORED = 95,
+    /**
+     * the device's own arms or sensor failed: see its log
      */
     GLIMPSE_STATUS_MACHINE = 96,
     /**
-     * The host uses another version of the protocol.
+     * the host speaks another version of the protocol: update the device or the host
      */
     GLIMPSE_STATUS_PROTOCOL = 97,
     /**
-     * The host does not reply.
+     * the host does not reply: check that it runs, and the line
      */
     GLIMPSE_STATUS_NO_REPLY = 98,
     /**
-     * The host refused: no scan has begun.
+     * the host refused because no scan has begun: begin again with a hello
      */
     GLIMPSE_STATUS_REFUSED_NO_SCAN = 99,
     /**
-     * The host refused: it cannot reach these directions.
+     * the host refused because it cannot reach these directions: train within its limits
      */
     GLIMPSE_STATUS_REFUSED_DIRECTIONS = 100,
     /**
-     * The host refused: the model has a different number of values.
+     * the host refused because the model has another number of values: update the device or the host
      */
     GLIMPSE_STATUS_REFUSED_VALUES = 101,
     /**
-     * The host refused: it does not support this model.
+     * the host refused because it does not support this model: use another recipe
      */
     GLIMPSE_STATUS_REFUSED_MODEL = 102,
     /**
-     * The host refused: it has not sent this reading.
+     * the host refused because it has not sent this reading: read all samples again
      */
     GLIMPSE_STATUS_REFUSED_SAVED = 103,
     /**
-     * The host refused: it no longer sends the recipe that it offered.
+     * the host refused because this is not the recipe that it offered: fetch it again
      */
     GLIMPSE_STATUS_REFUSED_RECIPE = 104,
     /**
-     * Samples or directions are out of reach of the arms.
+     * samples of the recipe are out of reach: train within the machine's limits
      */
     GLIMPSE_STATUS_OUT_OF_REACH = 105,
     /**
-     * The host refused: it does not support this request.
+     * the host refused because it does not support this request: update the host
      */
     GLIMPSE_STATUS_REFUSED_REQUEST = 106,
     /**
-     * The host refused for a reason that the device does not know.
-     */
-    GLIMPSE_STATUS_REFUSED_OTHER = 107,
-    /**
-     * The device could not store a recipe.
+     * the device could not store the recipe: check its flash
      */
     GLIMPSE_STATUS_STORAGE = 108,
+    /**
+     * the frame, or a list in it, is too long: use a buffer of `FRAME_BYTES`, and shorter lists
+     */
+    GLIMPSE_STATUS_FRAME_TOO_LONG = 109,
+    /**
+     * the frame was cut or altered in transit: ignore it, because the device sends it again
+     */
+    GLIMPSE_STATUS_FRAME_DAMAGED = 110,
+    /**
+     * the frame holds an unknown message: compare the protocol versions
+     */
+    GLIMPSE_STATUS_FRAME_UNKNOWN = 111,
+    /**
+     * the light's polar angle is above the limit `max_theta_i`: choose a direction within reach
+     */
+    GLIMPSE_STATUS_MAX_THETA_I = 112,
+    /**
+     * the sensor's polar angle is above the limit `max_theta_o`: choose a direction within reach
+     */
+    GLIMPSE_STATUS_MAX_THETA_O = 113,
+    /**
+     * light and sensor are closer than the limit `min_separation`: choose a direction within reach
+     */
+    GLIMPSE_STATUS_MIN_SEPARATION = 114,
+    /**
+     * light, normal and sensor are not in one plane, as the limit `in_plane` requires: choose a direction within reach
+     */
+    GLIMPSE_STATUS_IN_PLANE = 115,
+    /**
+     * the directions need an axis that the machine lacks, because its speed is 0: choose a direction within reach
+     */
+    GLIMPSE_STATUS_MISSING_AXIS = 116,
+    /**
+     * the tile has fewer than three readings: take more
+     */
+    GLIMPSE_STATUS_TILE_TOO_FEW = 120,
+    /**
+     * a reading of the tile is not positive and finite, or its directions are not unit vectors above the horizon: read it again
+     */
+    GLIMPSE_STATUS_TILE_READING = 121,
+    /**
+     * the tile's readings scatter about every known quantity: average more of them, and check for stray light
+     */
+    GLIMPSE_STATUS_TILE_SPREAD = 122,
+    /**
+     * more than one quantity explains the tile's readings: spread theta_i and theta_o independently over 0 to 60 degrees, or average more readings
+     */
+    GLIMPSE_STATUS_TILE_AMBIGUOUS = 123,
+    /**
+     * the tile's readings are not the BRDF: check the larger spot, and the steps per radian of the polar axes
+     */
+    GLIMPSE_STATUS_TILE_OTHER = 124,
+    /**
+     * the operator stopped the arms: go on with a command
+     */
+    GLIMPSE_STATUS_STOPPED = 128,
+    /**
+     * steps were lost between two homings: check current, speed and bearings, and read the samples again
+     */
+    GLIMPSE_STATUS_LOST_STEPS = 129,
+    /**
+     * the home switch opened away from home: check its contact, and the axis for lost steps
+     */
+    GLIMPSE_STATUS_SWITCH_OPENED = 130,
+    /**
+     * the home switch stays open while the axis leaves it: check its wiring (normally closed) and the motor's supply
+     */
+    GLIMPSE_STATUS_SWITCH_STUCK = 131,
+    /**
+     * the home switch did not open within the travel: check the motor's supply and the switch; then reset the device
+     */
+    GLIMPSE_STATUS_SWITCH_NOT_FOUND = 132,
+    /**
+     * the home switch's contact never settles: check its plug and the cable's shield
+     */
+    GLIMPSE_STATUS_SWITCH_BOUNCES = 133,
+    /**
+     * a pin of the axis returned an error: check its configuration
+     */
+    GLIMPSE_STATUS_PIN = 134,
+    /**
+     * the arms have to be homed before a move: home them
+     */
+    GLIMPSE_STATUS_NOT_HOMED = 135,
+    /**
+     * the arms are moving: wait until they rest
+     */
+    GLIMPSE_STATUS_MOVING = 136,
+    /**
+     * no route keeps lamp and sensor apart: check `min_separation`, and the limits of the azimuths
+     */
+    GLIMPSE_STATUS_NO_SAFE_ROUTE = 137,
+    /**
+     * the angle is out of the axis's reach: check its limits, and those of the recipe
+     */
+    GLIMPSE_STATUS_AXIS_REACH = 138,
+    /**
+     * a field of the axis's settings is out of range: see its documentation
+     */
+    GLIMPSE_STATUS_AXIS_SETTINGS = 139,
+    /**
+     * lamp and sensor come closer than `min_separation` while they are homed: move a home switch
+     */
+    GLIMPSE_STATUS_HOME_TOO_CLOSE = 140,
+    /**
+     * the far switch is not at its angle: check microsteps, gear and `steps_per_radian`
+     */
+    GLIMPSE_STATUS_SCALE = 141,
+    /**
+     * the home switch did not open within 5 degrees of the first move: turn the arm onto its switch by hand with the power off; if it is there, change `reversed`
+     */
+    GLIMPSE_STATUS_DIRECTION = 142,
+    /**
+     * the sensor does not answer: check its wiring and supply
+     */
+    GLIMPSE_STATUS_SENSOR = 144,
+    /**
+     * the sensor has lost its settings, or has no valid counts: check its supply
+     */
+    GLIMPSE_STATUS_SENSOR_RESET = 145,
+    /**
+     * the sensor's counts stay the same, bit for bit, at different directions: check the sensor
+     */
+    GLIMPSE_STATUS_SENSOR_STUCK = 146,
+    /**
+     * the counts with the lamp off are too large: check the lamp's switch, and darken the room
+     */
+    GLIMPSE_STATUS_LAMP_STUCK = 147,
+    /**
+     * the device has no calibration: put the white tile on the sample's place, and hold the button
+     */
+    GLIMPSE_STATUS_NOT_CALIBRATED = 148,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -842,8 +981,8 @@ typedef struct glimpse_residual {
      */
     uint16_t clamped;
     /**
-     * Reason why the material is implausible: GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER
-     * (84 to 91). 0 if it is plausible.
+     * Reason why the material is implausible: GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_RESTORED
+     * (84 to 95). 0 if it is plausible.
      */
     int32_t implausible;
 } glimpse_residual;
@@ -1330,14 +1469,14 @@ glimpse_status glimpse_fit_advance(struct glimpse_scan *scan,
  * Finishes a complete fit. Checks that all values, and the fitted material at every reading, are finite and
  * plausible.
  *
- * After GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER (84 to 91) the fit has a result, but it
+ * After GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_RESTORED (84 to 95) the fit has a result, but it
  * is unlikely to describe a material: check the sensor. The glimpse_fitted_...() functions return the result
  * nevertheless.
  *
  * @param scan  The scan.
  * @return GLIMPSE_STATUS_NO_FIT if no fit is under way; GLIMPSE_STATUS_UNFINISHED if it is not
  *         complete; GLIMPSE_STATUS_DIVERGED if a number is not finite: the readings stay, and the fit
- *         ends; GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER if the result is
+ *         ends; GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_RESTORED if the result is
  *         implausible.
  */
 glimpse_status glimpse_fit_finish(struct glimpse_scan *scan);
@@ -1399,8 +1538,9 @@ struct glimpse_machine glimpse_machine_default(void);
  *
  * @param machine     The machine.
  * @param directions  The directions.
- * @return GLIMPSE_STATUS_OUT_OF_REACH if they are out of reach; GLIMPSE_STATUS_DIRECTIONS if they have no
- *         BRDF; GLIMPSE_STATUS_ARGUMENT_MACHINE if the limits are invalid.
+ * @return GLIMPSE_STATUS_MAX_THETA_I to GLIMPSE_STATUS_MISSING_AXIS if they are out of reach;
+ *         GLIMPSE_STATUS_DIRECTIONS if they have no BRDF; GLIMPSE_STATUS_ARGUMENT_MACHINE if the limits are
+ *         invalid.
  */
 glimpse_status glimpse_machine_check(const struct glimpse_machine *machine,
                                      const struct glimpse_directions *directions);
@@ -1430,7 +1570,7 @@ glimpse_status glimpse_machine_nearest(const struct glimpse_machine *machine,
  *                     count.
  * @param at           Directions of the sample. Unused with GLIMPSE_FOOTPRINT_ANY, and may then be null.
  * @param reading      Receives the reading.
- * @return GLIMPSE_STATUS_READING_NON_FINITE if counts or their BRDF are not finite;
+ * @return GLIMPSE_STATUS_CHANNEL_NON_FINITE if counts or their BRDF are not finite;
  *         GLIMPSE_STATUS_WHITE_... if the white is invalid; GLIMPSE_STATUS_DIRECTIONS if an arm is at or
  *         below the horizon; GLIMPSE_STATUS_ARGUMENT_CALIBRATION if the footprint is unknown.
  */
@@ -1446,7 +1586,7 @@ glimpse_status glimpse_calibrate(const struct glimpse_calibration *calibration,
  * @param repeated   The mean. All fields of a new one are 0.
  * @param reading    The counts or the BRDF of the three channels.
  * @param saturated  Not 0 if the sensor was saturated.
- * @return GLIMPSE_STATUS_READING_NON_FINITE if a channel is not finite, or too large for the sums. Nothing
+ * @return GLIMPSE_STATUS_CHANNEL_NON_FINITE if a channel is not finite, or too large for the sums. Nothing
  *         has changed then.
  */
 glimpse_status glimpse_repeated_add(struct glimpse_repeated *repeated,

@@ -316,7 +316,9 @@ pub unsafe extern "C" fn glimpse_driver_fail(
     status(|| unsafe {
         let driver = driver_mut(driver)?;
         let codes = [ErrorCode::Machine, ErrorCode::Storage];
-        let code = codes.into_iter().find(|code| *code as i32 == failure);
+        let code = codes
+            .into_iter()
+            .find(|code| i32::from(code.number()) == failure);
         driver.fail(Error::new(code.ok_or(glimpse_status::ArgumentFailure)?));
         Ok(())
     })

@@ -1,5 +1,6 @@
 //! The fit of a scan's readings, and the fitted material.
 
+use glimpse_core::error::ErrorCode;
 use glimpse_core::geometry::Directions;
 use glimpse_core::model::ModelKind;
 
@@ -47,14 +48,14 @@ pub unsafe extern "C" fn glimpse_fit_advance(
 /// Finishes a complete fit. Checks that all values, and the fitted material at every reading, are finite and
 /// plausible.
 ///
-/// After GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER (84 to 91) the fit has a result, but it
+/// After GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_RESTORED (84 to 95) the fit has a result, but it
 /// is unlikely to describe a material: check the sensor. The glimpse_fitted_...() functions return the result
 /// nevertheless.
 ///
 /// @param scan  The scan.
 /// @return GLIMPSE_STATUS_NO_FIT if no fit is under way; GLIMPSE_STATUS_UNFINISHED if it is not
 ///         complete; GLIMPSE_STATUS_DIVERGED if a number is not finite: the readings stay, and the fit
-///         ends; GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER if the result is
+///         ends; GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_RESTORED if the result is
 ///         implausible.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fit_finish(scan: *mut glimpse_scan) -> glimpse_status {
@@ -105,10 +106,10 @@ pub unsafe extern "C" fn glimpse_fitted_brdf(
         let fitted = scan.fitted().ok_or(glimpse_status::NotFitted)?;
         let Some(brdf) = fitted.brdf(&directions) else {
             return Err(match (is_above(&directions), scan.recipe().model()) {
-                (false, _) => glimpse_status::Directions,
+                (false, _) => ErrorCode::Directions.into(),
                 (true, ModelKind::Linear) if scan.basis().is_none() => glimpse_status::NoBasis,
                 // The value is too large for a float.
-                (true, _) => glimpse_status::Diverged,
+                (true, _) => ErrorCode::Diverged.into(),
             });
         };
         out.put(brdf)
@@ -146,7 +147,7 @@ pub unsafe extern "C" fn glimpse_fitted_values(
         let total = fitted.values().count();
         count.put(total)?;
         if total > capacity {
-            return Err(glimpse_status::BufferTooSmall);
+            return Err(ErrorCode::BufferTooSmall.into());
         }
         for (to, value) in values.iter_mut().zip(fitted.values()) {
             *to = value;

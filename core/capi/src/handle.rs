@@ -3,6 +3,7 @@
 use core::ffi::c_void;
 
 use glimpse_core::driver::Driver;
+use glimpse_core::error::ErrorCode;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
 
@@ -125,7 +126,7 @@ pub(crate) unsafe fn scan<'a>(scan: *const glimpse_scan) -> Result<&'a CScan, St
     // SAFETY: guaranteed by the caller.
     unsafe {
         match driver(scan.cast()) {
-            Ok(driver) => driver.scan().map_err(|_| Status::NotScanning),
+            Ok(driver) => driver.scan().map_err(|_| ErrorCode::NotScanning.into()),
             Err(_) => checked::<CScan>(scan.cast()).map(|handle| &(*handle).value),
         }
     }
@@ -165,7 +166,7 @@ impl<T: Kind> Memory<T> {
         let handle = memory.cast::<Handle<T>>();
         check(handle, Status::ArgumentMemory)?;
         let bytes = bytes.checked_sub(size_of::<Handle<T>>());
-        let words = bytes.ok_or(Status::Memory)? / WORD_BYTES;
+        let words = bytes.ok_or(ErrorCode::Memory)? / WORD_BYTES;
         Ok(Self { handle, words })
     }
 

@@ -1,5 +1,6 @@
 //! The measuring machine: its arms, the calibration of its sensor, and repeated readings.
 
+use glimpse_core::error::ErrorCode;
 use glimpse_core::geometry::{ArmAngles, Directions};
 use glimpse_core::gonio::{Calibration, Footprint, Limits, Machine, Repeated};
 
@@ -37,8 +38,9 @@ impl glimpse_machine {
 ///
 /// @param machine     The machine.
 /// @param directions  The directions.
-/// @return GLIMPSE_STATUS_OUT_OF_REACH if they are out of reach; GLIMPSE_STATUS_DIRECTIONS if they have no
-///         BRDF; GLIMPSE_STATUS_ARGUMENT_MACHINE if the limits are invalid.
+/// @return GLIMPSE_STATUS_MAX_THETA_I to GLIMPSE_STATUS_MISSING_AXIS if they are out of reach;
+///         GLIMPSE_STATUS_DIRECTIONS if they have no BRDF; GLIMPSE_STATUS_ARGUMENT_MACHINE if the limits are
+///         invalid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_machine_check(
     machine: *const glimpse_machine,
@@ -76,7 +78,7 @@ pub unsafe extern "C" fn glimpse_machine_nearest(
         let from = copy(from, glimpse_status::ArgumentArms)?.into();
         scan.next_pending().ok_or(glimpse_status::NonePending)?;
         let nearest = machine.nearest(scan.pending(), &from);
-        let nearest = nearest.ok_or(glimpse_status::OutOfReach)?;
+        let nearest = nearest.ok_or(ErrorCode::OutOfReach)?;
         out.put(nearest.into())
     })
 }
@@ -88,7 +90,7 @@ pub unsafe extern "C" fn glimpse_machine_nearest(
 ///                     count.
 /// @param at           Directions of the sample. Unused with GLIMPSE_FOOTPRINT_ANY, and may then be null.
 /// @param reading      Receives the reading.
-/// @return GLIMPSE_STATUS_READING_NON_FINITE if counts or their BRDF are not finite;
+/// @return GLIMPSE_STATUS_CHANNEL_NON_FINITE if counts or their BRDF are not finite;
 ///         GLIMPSE_STATUS_WHITE_... if the white is invalid; GLIMPSE_STATUS_DIRECTIONS if an arm is at or
 ///         below the horizon; GLIMPSE_STATUS_ARGUMENT_CALIBRATION if the footprint is unknown.
 #[unsafe(no_mangle)]
@@ -125,7 +127,7 @@ pub unsafe extern "C" fn glimpse_calibrate(
 /// @param repeated   The mean. All fields of a new one are 0.
 /// @param reading    The counts or the BRDF of the three channels.
 /// @param saturated  Not 0 if the sensor was saturated.
-/// @return GLIMPSE_STATUS_READING_NON_FINITE if a channel is not finite, or too large for the sums. Nothing
+/// @return GLIMPSE_STATUS_CHANNEL_NON_FINITE if a channel is not finite, or too large for the sums. Nothing
 ///         has changed then.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_repeated_add(

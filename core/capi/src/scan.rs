@@ -2,6 +2,7 @@
 
 use core::ffi::c_void;
 
+use glimpse_core::error::ErrorCode;
 use glimpse_core::model::linear::Basis;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Saved, Scan};
@@ -315,11 +316,7 @@ pub unsafe extern "C" fn glimpse_saved_clear(
         let buffer = self::buffer(buffer, capacity)?;
         Saved::find(slots).clear(|slot, bytes| {
             let to = buffer.get_mut(..bytes.len());
-            for (to, byte) in to
-                .ok_or(glimpse_status::BufferTooSmall)?
-                .iter_mut()
-                .zip(bytes)
-            {
+            for (to, byte) in to.ok_or(ErrorCode::BufferTooSmall)?.iter_mut().zip(bytes) {
                 *to = *byte;
             }
             out.put(glimpse_slot_write {

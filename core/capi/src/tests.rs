@@ -11,6 +11,7 @@
 
 mod basis;
 mod calls;
+mod header;
 mod sizes;
 mod texts;
 

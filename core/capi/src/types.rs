@@ -100,8 +100,8 @@ pub struct glimpse_residual {
     pub repeated: u16,
     /// Number of readings that were too far below 0 for the loss. The fit clamps them.
     pub clamped: u16,
-    /// Reason why the material is implausible: GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER
-    /// (84 to 91). 0 if it is plausible.
+    /// Reason why the material is implausible: GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_RESTORED
+    /// (84 to 95). 0 if it is plausible.
     pub implausible: i32,
 }
 
@@ -448,7 +448,7 @@ impl From<Directions<f32>> for glimpse_arms {
 
 impl From<Residual> for glimpse_residual {
     fn from(residual: Residual) -> Self {
-        let implausible = residual.implausible.map(|code| code as i32);
+        let implausible = residual.implausible.map(|code| code.number().into());
         Self {
             mean: residual.mean,
             worst: residual.worst,

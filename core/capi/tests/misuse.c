@@ -289,7 +289,7 @@ static void invalid_data(glimpse_scan *scan, const uint8_t *recipe, size_t bytes
     static const glimpse_directions HORIZON = {{1, 0, 0}, {0, 0, 1}};
     static const float BROKEN[3] = {1, NAN, 3};
     machine.limits.max_theta_i = 0.01f;
-    EXPECT(GLIMPSE_STATUS_OUT_OF_REACH, glimpse_machine_check(&machine, &directions));
+    EXPECT(GLIMPSE_STATUS_MAX_THETA_I, glimpse_machine_check(&machine, &directions));
     EXPECT(GLIMPSE_STATUS_OUT_OF_REACH, glimpse_machine_nearest(&machine, scan, &arms, &next));
     machine.limits.max_theta_i = NAN;
     EXPECT(GLIMPSE_STATUS_ARGUMENT_MACHINE, glimpse_machine_check(&machine, &directions));
@@ -297,13 +297,13 @@ static void invalid_data(glimpse_scan *scan, const uint8_t *recipe, size_t bytes
     machine = glimpse_machine_default();
     machine.speeds.phi_i = machine.speeds.phi_o = 0;
     machine.fixed.phi_o = 1; /* the mirror direction has another azimuth */
-    EXPECT(GLIMPSE_STATUS_OUT_OF_REACH, glimpse_machine_check(&machine, &directions));
+    EXPECT(GLIMPSE_STATUS_MISSING_AXIS, glimpse_machine_check(&machine, &directions));
     machine.fixed.phi_o = 3.1415927f;
     EXPECT(GLIMPSE_STATUS_OK, glimpse_machine_check(&machine, &directions));
     EXPECT(GLIMPSE_STATUS_DIRECTIONS, glimpse_machine_check(&machine, &HORIZON));
     machine = glimpse_machine_default();
 
-    CALIBRATION_WITH(GLIMPSE_STATUS_READING_NON_FINITE, dark[1], NAN);
+    CALIBRATION_WITH(GLIMPSE_STATUS_CHANNEL_NON_FINITE, dark[1], NAN);
     CALIBRATION_WITH(GLIMPSE_STATUS_WHITE_NOT_BRIGHTER, white[2], 100);
     CALIBRATION_WITH(GLIMPSE_STATUS_WHITE_REFLECTANCE, reflectance[0], 99);
     CALIBRATION_WITH(GLIMPSE_STATUS_WHITE_SATURATED, saturation, 3000);
@@ -312,7 +312,7 @@ static void invalid_data(glimpse_scan *scan, const uint8_t *recipe, size_t bytes
     CALIBRATION_WITH(GLIMPSE_STATUS_ARGUMENT_CALIBRATION, footprint, -1);
     CALIBRATION_WITH(GLIMPSE_STATUS_DIRECTIONS, reference, HORIZON);
     EXPECT(GLIMPSE_STATUS_DIRECTIONS, glimpse_calibrate(&CALIBRATION, counts, &HORIZON, &read));
-    EXPECT(GLIMPSE_STATUS_READING_NON_FINITE, glimpse_calibrate(&CALIBRATION, BROKEN, &directions, &read));
+    EXPECT(GLIMPSE_STATUS_CHANNEL_NON_FINITE, glimpse_calibrate(&CALIBRATION, BROKEN, &directions, &read));
     calibration = CALIBRATION;
     calibration.footprint = GLIMPSE_FOOTPRINT_ANY;
     calibration.saturation = 5000;
@@ -323,12 +323,12 @@ static void invalid_data(glimpse_scan *scan, const uint8_t *recipe, size_t bytes
     repeated = (glimpse_repeated){0};
     EXPECT(GLIMPSE_STATUS_OK, glimpse_repeated_add(&repeated, counts, 0));
     if (!isnan(repeated.variance[0])) failures++;
-    EXPECT(GLIMPSE_STATUS_READING_NON_FINITE, glimpse_repeated_add(&repeated, BROKEN, 1));
+    EXPECT(GLIMPSE_STATUS_CHANNEL_NON_FINITE, glimpse_repeated_add(&repeated, BROKEN, 1));
     EXPECT(GLIMPSE_STATUS_OK, glimpse_repeated_add(&repeated, SATURATED, 1));
     if (repeated.count != 2 || !repeated.saturated || repeated.mean[2] != 1501.5f) failures++;
     if (repeated.variance[2] != 2997.0f * 2997.0f / 2) failures++;
     repeated.squares[1] = NAN; /* nothing that C writes to it is harmful */
-    EXPECT(GLIMPSE_STATUS_READING_NON_FINITE, glimpse_repeated_add(&repeated, counts, 0));
+    EXPECT(GLIMPSE_STATUS_CHANNEL_NON_FINITE, glimpse_repeated_add(&repeated, counts, 0));
 
     static uint8_t slots[2][GLIMPSE_SAVED_BYTES(8)];
     glimpse_saved saved = {{slots[0], slots[1]}, sizeof slots[0]};

@@ -124,7 +124,7 @@ impl<K: ScanModel> Driver<'_, K> {
                 self.wake_at = self.report_pause.end(now);
                 match self.wake_at {
                     Some(_) => Action::Wait,
-                    None => self.send(Request::Failed(error.into()), now),
+                    None => self.send(Request::Failed(error), now),
                 }
             }
             State::Rest | State::Halted => Action::Wait,

@@ -138,7 +138,7 @@ pub fn next(state: State, event: Event, facts: Facts) -> (State, Effect) {
         (Fit | Send { .. }, Refused(ErrorCode::RefusedNoScan)) if listens => {
             (state, Effect::Disconnect)
         }
-        (_, Refused(code)) => fail(host, Error::with(code, [code as u32, 0])),
+        (_, Refused(code)) => fail(host, Error::with(code, [code.number().into(), 0])),
 
         // A host that listens is optional, one that measures is not.
         (Hello, Silent) if listens && task == Task::Publish => (Hello, Effect::Pause),

@@ -1,9 +1,9 @@
 //! Messages of the link.
 
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
-use super::{FailureReport, Values};
-use crate::error::ErrorCode;
+use super::Values;
+use crate::error::{Error, ErrorCode};
 use crate::fit::Progress;
 use crate::geometry::Directions;
 use crate::gonio::Reading;
@@ -68,7 +68,7 @@ pub enum Request {
     /// Ends the scan, after all values.
     Finished(Residual),
     /// The scan has failed.
-    Failed(FailureReport),
+    Failed(Error),
     /// Asks if a reading from before a reset is still valid, because the material may have changed.
     Restored {
         /// Index of the sample in the recipe's pattern.
@@ -97,8 +97,9 @@ pub enum Reply {
     },
     /// Replies to all other requests.
     Accepted,
-    /// Refuses the request: [`ErrorCode::RefusedNoScan`] to [`ErrorCode::RefusedOther`].
-    Refused(#[serde(deserialize_with = "refusal")] ErrorCode),
+    /// Refuses the request: [`ErrorCode::RefusedNoScan`] to [`ErrorCode::RefusedRequest`], or a reason that this version
+    /// does not know.
+    Refused(ErrorCode),
     /// Replies to [`Request::Measure`]: this sample cannot be read. The device continues without it if the recipe
     /// tolerates missing readings. Otherwise the scan fails.
     Skip {
@@ -128,12 +129,4 @@ impl Reply {
             _ => false,
         }
     }
-}
-
-/// Decodes the reason of a refusal. One of a newer peer becomes [`ErrorCode::RefusedOther`].
-fn refusal<'de, D: Deserializer<'de>>(deserializer: D) -> Result<ErrorCode, D::Error> {
-    let code = ErrorCode::from_number(u16::deserialize(deserializer)?);
-    Ok(code
-        .filter(|code| code.is_refusal())
-        .unwrap_or(ErrorCode::RefusedOther))
 }

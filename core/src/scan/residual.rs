@@ -1,6 +1,6 @@
 //! The residual of a fit.
 
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 use super::evidence::Evidence;
 use super::memory::{is_clamped, measured_brdf};
@@ -33,20 +33,10 @@ pub struct Residual {
     /// Number of readings that were too far below 0 for the loss. The fit clamps them.
     pub clamped: u16,
     /// The reason why the fitted material is implausible, if it is: [`ErrorCode::Dark`] to
-    /// [`ErrorCode::ImplausibleOther`].
-    #[serde(deserialize_with = "implausible")]
+    /// [`ErrorCode::Restored`], or a reason that this version does not know.
     pub implausible: Option<ErrorCode>,
     /// The checks of a [`Driver`](crate::driver::Driver). They are empty without one.
     pub evidence: Evidence,
-}
-
-/// Decodes the reason. One of a newer peer becomes [`ErrorCode::ImplausibleOther`].
-fn implausible<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<ErrorCode>, D::Error> {
-    let number = Option::<u16>::deserialize(deserializer)?;
-    Ok(number.map(|number| {
-        let code = ErrorCode::from_number(number).filter(|code| code.is_implausible());
-        code.unwrap_or(ErrorCode::ImplausibleOther)
-    }))
 }
 
 /// A residual that is being computed: its mean is still a sum.

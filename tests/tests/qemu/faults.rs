@@ -40,7 +40,7 @@ fn reports_damaged_recipe() {
     let material = unseen_material(0);
     match noiseless_scanner(&material).serve(&mut emulator.serial) {
         Err(ScannerError::Device(report)) => {
-            assert_eq!(report.code, ErrorCode::RecipeChecksum as u16);
+            assert_eq!(report.code, ErrorCode::RecipeChecksum);
         }
         other => panic!("{other:?}"),
     }

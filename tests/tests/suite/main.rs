@@ -7,7 +7,7 @@ use std::time::Duration;
 use glimpse_core::driver::Host;
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::{Directions, HalfDifference};
-use glimpse_core::link::{FailureReport, PROTOCOL, Purpose, Reply, Request};
+use glimpse_core::link::{PROTOCOL, Purpose, Reply, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Evidence, Residual};
@@ -222,7 +222,7 @@ fn refuses_invalid_requests() {
         assert_eq!(device.request(&request).unwrap(), Reply::Refused(refusal));
     }
 
-    let failure = FailureReport::from(Error::new(ErrorCode::RecipeChecksum));
+    let failure = Error::new(ErrorCode::RecipeChecksum);
     device.request(&Request::Failed(failure)).unwrap();
     let error = host.join().unwrap().unwrap_err();
     assert!(matches!(error, ScannerError::Device(report) if report == failure));

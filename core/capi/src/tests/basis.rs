@@ -3,6 +3,7 @@
 use core::ptr::null_mut;
 use std::vec::Vec;
 
+use glimpse_core::error::ErrorCode;
 use glimpse_core::model::linear::format::{MAGIC, VERSION, checksum_of};
 use glimpse_core::recipe::Recipe;
 
@@ -60,12 +61,12 @@ fn linear_brdf_requires_matching_basis() {
         let evaluated = glimpse_fitted_brdf(scan, &raw const mirror, &raw mut brdf);
         (status, evaluated)
     };
-    for (bytes, status) in [
-        (b"no basis".as_slice(), Status::BasisMagic),
-        (&matching[..40], Status::BasisLength),
-        (&basis(checksum ^ 1, components), Status::Basis),
+    for (bytes, code) in [
+        (b"no basis".as_slice(), ErrorCode::BasisMagic),
+        (&matching[..40], ErrorCode::BasisLength),
+        (&basis(checksum ^ 1, components), ErrorCode::Basis),
     ] {
-        assert_eq!(set(bytes), (status, Status::NoBasis));
+        assert_eq!(set(bytes), (code.into(), Status::NoBasis));
     }
     // The fit is unchanged.
     assert_eq!(set(&matching), (Status::Ok, Status::Ok));
@@ -78,5 +79,5 @@ fn other_models_reject_basis() {
     let (_, scan) = begin(&mut memory, PHONG);
     let basis = basis(0, 5);
     let status = unsafe { glimpse_scan_set_basis(scan, basis.as_ptr(), basis.len()) };
-    assert_eq!(status, Status::Basis);
+    assert_eq!(status, ErrorCode::Basis.into());
 }

@@ -31,7 +31,7 @@ fn check_halted(bench: &mut Bench<'_>, driver: &mut AnyDriver, failure: Error, r
     bench.sensor = Box::new(|index| panic!("sample {index} was read"));
     bench.wait(driver, 24 * HOUR_MS);
     assert_eq!(bench.take_actions(), []);
-    let is_report = |request: &Request| *request == Request::Failed(failure.into());
+    let is_report = |request: &Request| *request == Request::Failed(failure);
     assert!(bench.requests.len() <= 1 && bench.requests.iter().all(is_report));
     assert_eq!(driver.scan().pending().count(), SAMPLES - read);
     let error = Err(Error::new(ErrorCode::NotScanning));
@@ -101,7 +101,7 @@ fn nothing_moves_after_failure_of_host() {
     let welcome = Reply::Welcome { protocol: host };
     let protocol = Error::with(ErrorCode::Protocol, [device.into(), host.into()]);
     let codes = [ErrorCode::RefusedModel, ErrorCode::RefusedNoScan];
-    let [model, no_scan] = codes.map(|code| Error::with(code, [code as u32, 0]));
+    let [model, no_scan] = codes.map(|code| Error::with(code, [code.number().into(), 0]));
     let [not_model, not_scan] = codes.map(Reply::Refused);
     let missing = Error::with(ErrorCode::ReadingRequired, [5, 0]);
     let either = &[Host::Measures, Host::Listens][..];
@@ -151,7 +151,7 @@ fn canceled_request_is_never_completed() {
         driver.fail(failure);
         bench.wait(&mut driver, HOUR_MS);
         assert_eq!(bench.count(is_measure), 1);
-        assert!(bench.requests.contains(&Request::Failed(failure.into())));
+        assert!(bench.requests.contains(&Request::Failed(failure)));
     }
 }
 
@@ -277,7 +277,7 @@ fn late_host_receives_failure() {
         assert!(bench.frames.len() < 4_000, "{}", bench.frames.len());
         bench.disconnected = false;
         bench.wait(&mut driver, 33_000);
-        let report = Request::Failed(Error::new(ErrorCode::Machine).into());
+        let report = Request::Failed(Error::new(ErrorCode::Machine));
         assert_eq!(bench.requests, [report]);
         // The arms' failure does not delay their operator.
         bench.sensor = Box::new(synthetic_reading);

@@ -228,7 +228,7 @@ impl World {
             driver: Some(Driver::new(new_scan(recipe), config)),
             host: Computer {
                 end: HostEnd::new(),
-                request: Request::Failed(Error::new(ErrorCode::Machine).into()),
+                request: Request::Failed(Error::new(ErrorCode::Machine)),
                 mood: Mood::Good,
                 given: Readings::new(),
                 sent: Vec::new(),
