@@ -19,7 +19,6 @@ mod storage;
 mod time;
 mod uart;
 
-use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use cortex_m::Peripherals;
@@ -27,10 +26,11 @@ use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::fit::AnyModel;
 use glimpse_core::recipe::Recipe;
 
 use profiler::Profiler;
-use recipe::{MEMORY_WORDS, Model, RECIPE, Scan};
+use recipe::{MEMORY_WORDS, Scan};
 use storage::Storage;
 use time::Clock;
 use uart::Uart;
@@ -64,9 +64,7 @@ fn main() -> ! {
 /// free again before the scan.
 #[inline(never)]
 fn begin_scan(memory: &'static mut [f32]) -> Result<(Scan, Storage), Error> {
-    // Hides the recipe from the compiler, because bits in flash may flip after the build.
-    let recipe = Recipe::parse(black_box(RECIPE))?;
-    let mut scan = Scan::new(recipe, memory)?;
+    let mut scan = Scan::new(Recipe::parse(recipe::recipe())?, memory)?;
     let storage = Storage::restore(&mut scan);
     Ok((scan, storage))
 }
@@ -75,7 +73,7 @@ fn begin_scan(memory: &'static mut [f32]) -> Result<(Scan, Storage), Error> {
 fn run(
     mut uart: Uart,
     mut clock: Clock,
-    mut driver: Driver<'static, Model>,
+    mut driver: Driver<'static, AnyModel>,
     mut storage: Option<Storage>,
 ) -> ! {
     let mut profiler = Profiler::start();
@@ -121,7 +119,7 @@ fn run(
 
 /// Continues after a failure. This device has no arms: an operator starts each scan at the host, whose welcome lets it
 /// begin. A device with arms of its own would wait for its operator here.
-fn go_on(driver: &mut Driver<'static, Model>, failure: ErrorCode) {
+fn go_on(driver: &mut Driver<'static, AnyModel>, failure: ErrorCode) {
     match failure {
         // The same readings would fail again.
         ErrorCode::ReadingNonFinite
@@ -134,7 +132,7 @@ fn go_on(driver: &mut Driver<'static, Model>, failure: ErrorCode) {
 }
 
 /// Logs the predicted loss of a finished fit and its bound as `name=value` lines, as far as the recipe states them.
-fn log_loss(driver: &Driver<'_, Model>) {
+fn log_loss(driver: &Driver<'_, AnyModel>) {
     let Some(fitted) = driver.scan().ok().and_then(|scan| scan.fitted()) else {
         return;
     };
@@ -152,7 +150,7 @@ fn log_loss(driver: &Driver<'_, Model>) {
 }
 
 /// Returns true from the last reading to the end of the fit.
-fn is_fitting(driver: &Driver<'_, Model>) -> bool {
+fn is_fitting(driver: &Driver<'_, AnyModel>) -> bool {
     driver
         .scan()
         .is_ok_and(|scan| scan.next_pending().is_none() && scan.fitted().is_none())

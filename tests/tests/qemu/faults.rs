@@ -10,7 +10,6 @@ use glimpse_core::link::{FrameReader, Request};
 use glimpse_materials::Brdf;
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::assert_matches_host;
-use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{noiseless_scanner, unseen_material};
 use glimpse_tests::noisy_line::NoisyLine;
@@ -19,7 +18,7 @@ use glimpse_trainer::scanner::{ScanReport, ScannerError, VirtualScanner};
 /// One byte in 100 is lost, altered, duplicated or swapped, or truncates its frame.
 #[test]
 fn noisy_line_does_not_change_result() {
-    let mut emulator = Emulator::boot_default();
+    let mut emulator = Emulator::boot();
     let material = unseen_material(0);
     let mut line = NoisyLine::new(&emulator.serial, 0.01, 1);
     let mut scanner = noiseless_scanner(&material);
@@ -34,9 +33,9 @@ fn noisy_line_does_not_change_result() {
 
 #[test]
 fn reports_damaged_recipe() {
-    let firmware = Firmware::load();
-    let image = firmware.with_altered_recipe(|recipe| recipe[RECIPE.len() / 3] ^= 0x10);
-    let mut emulator = Emulator::boot(&firmware, image.path());
+    let mut recipe = RECIPE.to_vec();
+    recipe[RECIPE.len() / 3] ^= 0x10;
+    let mut emulator = Emulator::boot_recipe(&recipe);
     let material = unseen_material(0);
     match noiseless_scanner(&material).serve(&mut emulator.serial) {
         Err(ScannerError::Device(report)) => {
@@ -50,8 +49,7 @@ fn reports_damaged_recipe() {
 /// Without instruction counting, QEMU's time is the wall clock's.
 #[test]
 fn requests_repeat_every_100_ms_by_wall_clock() {
-    let firmware = Firmware::load();
-    let mut emulator = Emulator::boot_with(&firmware, firmware.path(), &[]);
+    let mut emulator = Emulator::boot_with(&[]);
     let mut reader = FrameReader::new();
     let mut requests = Vec::new();
     let mut byte = [0];
@@ -148,7 +146,7 @@ fn indices(requests: &[Request]) -> (Vec<u16>, Vec<u16>) {
 /// Resets the device ten times in one scan: before each reading, in the fit, and while it sends the result.
 #[test]
 fn scan_continues_after_resets_without_repeating_readings() {
-    let mut emulator = Emulator::boot_default();
+    let mut emulator = Emulator::boot();
     let material = unseen_material(0);
     let mut scanner = noiseless_scanner(&material);
     for next in 0..8_u16 {
@@ -196,7 +194,7 @@ fn scan_continues_after_resets_without_repeating_readings() {
 /// After the reset, a new host refuses the saved readings, because the material may be another one.
 #[test]
 fn changed_material_is_measured_completely() {
-    let mut emulator = Emulator::boot_default();
+    let mut emulator = Emulator::boot();
     let material = unseen_material(0);
     let measures_5 = |request: &Request| matches!(request, Request::Measure { index: 5, .. });
     serve(&emulator, &mut noiseless_scanner(&material), measures_5);
