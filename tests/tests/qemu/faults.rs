@@ -15,12 +15,12 @@ use glimpse_tests::host::{noiseless_scanner, unseen_material};
 use glimpse_tests::noisy_line::NoisyLine;
 use glimpse_trainer::scanner::{ScanReport, ScannerError, VirtualScanner};
 
-/// One byte in 100 is lost, altered, duplicated or swapped, or truncates its frame.
+/// One byte in 100 is corrupted.
 #[test]
 fn noisy_line_does_not_change_result() {
     let mut emulator = Emulator::boot();
     let material = unseen_material(0);
-    let mut line = NoisyLine::new(&emulator.serial, 0.01, 1);
+    let mut line = NoisyLine::new(&emulator.serial, 100, 1);
     let mut scanner = noiseless_scanner(&material);
     let report = scanner.serve(&mut line).unwrap();
     assert!(line.corrupted > 0);
