@@ -90,17 +90,11 @@ finish_builds() {
     fi
 }
 
-# Builds all fits of `FIT_BINARIES` in tests/src/figures.rs, and the firmware with the largest bundled recipe of each
-# model. Tests replace that recipe in the image.
+# Builds all fits of `FIT_BINARIES` in tests/src/figures.rs.
 build_all_targets() {
     need qemu-system-riscv32:qemu-system-misc arm-none-eabi-objdump:binutils-arm-none-eabi
-    local model name elf="$firmware_target/$target/release/glimpse-embedded-demo" models=(linear phong cook-torrance neural)
+    local name models=(linear phong cook-torrance neural)
     local built="$firmware_target/$target/release" micromath="$firmware_target/micromath/$target"
-    # Before the default image, which has the same path.
-    for model in "${models[@]}"; do
-        GLIMPSE_RECIPE="../trainer/recipes/completed/$model-n32.recipe" firmware_build --features prove-no-panic
-        cp "$elf" "$elf-$model"
-    done
     bench micromath,sgd,ridge --bin nothing --bin no-panic
     bench micromath,sgd --bin phong --bin cook-torrance --bin neural
     bench micromath,ridge --bin linear

@@ -19,7 +19,6 @@ mod storage;
 mod time;
 mod uart;
 
-use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use cortex_m::Peripherals;
@@ -27,11 +26,14 @@ use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::fit::AnyModel;
+use glimpse_core::link::{DeviceEnd, FRAME_BYTES, Request};
 use glimpse_core::recipe::Recipe;
+use glimpse_core::store::Store;
 
 use profiler::Profiler;
-use recipe::{MEMORY_WORDS, Model, RECIPE, Scan};
-use storage::Storage;
+use recipe::{MEMORY_WORDS, Scan};
+use storage::Retained;
 use time::Clock;
 use uart::Uart;
 
@@ -43,40 +45,56 @@ fn main() -> ! {
     let Some(mut core) = Peripherals::take() else {
         reset(); // unreachable: they are taken once
     };
-    let Some(uart) = Uart::start(&mut core.NVIC, &mut core.SCB) else {
+    let Some(mut uart) = Uart::start(&mut core.NVIC, &mut core.SCB) else {
         reset(); // unreachable: it is started once
     };
     let clock = Clock::start(core.SYST);
-    let mut config = Config::new(Host::Measures);
-    config.sequence_seed = storage::count_boot();
-    let (driver, storage) = match begin_scan(MEMORY) {
-        Ok((scan, storage)) => (Driver::new(scan, config), Some(storage)),
-        Err(error) => {
-            // Only another recipe helps. The driver reports the error to the host.
-            defmt::error!("{}", error);
-            (Driver::without_scan(error, config), None)
-        }
-    };
-    run(uart, clock, driver, storage)
+    match begin_scan(MEMORY) {
+        Ok((driver, store)) => run(uart, clock, driver, store),
+        Err(error) => report(&mut uart, clock, error),
+    }
 }
 
 /// Parses the recipe, and restores the readings of a scan that a reset interrupted. Not inlined: its stack frame is
 /// free again before the scan.
 #[inline(never)]
-fn begin_scan(memory: &'static mut [f32]) -> Result<(Scan, Storage), Error> {
-    // Hides the recipe from the compiler, because bits in flash may flip after the build.
-    let recipe = Recipe::parse(black_box(RECIPE))?;
-    let mut scan = Scan::new(recipe, memory)?;
-    let storage = Storage::restore(&mut scan);
-    Ok((scan, storage))
+fn begin_scan(
+    memory: &'static mut [f32],
+) -> Result<(Driver<'static, AnyModel>, Store<Retained>), Error> {
+    let mut scan = Scan::new(Recipe::parse(recipe::recipe())?, memory)?;
+    let mut store = Store::mount(Retained, storage::LAYOUT, scan.recipe())?;
+    let mut config = Config::new(Host::Measures);
+    config.sequence_seed = store.count_boot()?;
+    let count = store.restore(&mut scan)?;
+    defmt::info!("{=u16} readings are saved", count);
+    Ok((Driver::new(scan, config), store))
+}
+
+/// Reports to the host, each second, that the recipe is unusable.
+fn report(uart: &mut Uart, mut clock: Clock, error: Error) -> ! {
+    defmt::error!("{}", error);
+    let mut frame = [0; FRAME_BYTES];
+    let request = Request::Failed(error);
+    let frame = DeviceEnd::new(0)
+        .request(&request, &mut frame)
+        .unwrap_or_default();
+    loop {
+        for byte in frame {
+            while !uart.write(*byte) {}
+        }
+        let next = clock.now_ms().saturating_add(1000);
+        while clock.now_ms() < next {
+            time::sleep(|| false);
+        }
+    }
 }
 
 /// The main loop: one iteration for each action of the driver.
 fn run(
     mut uart: Uart,
     mut clock: Clock,
-    mut driver: Driver<'static, Model>,
-    mut storage: Option<Storage>,
+    mut driver: Driver<'static, AnyModel>,
+    mut store: Store<Retained>,
 ) -> ! {
     let mut profiler = Profiler::start();
     loop {
@@ -93,35 +111,39 @@ fn run(
         {
             driver.sent(1);
         }
-        match (action, &mut storage) {
-            (Action::Wait, _) if driver.outgoing().is_empty() => {
+        let stored = match action {
+            Action::Wait if driver.outgoing().is_empty() => {
                 time::sleep(|| uart.has_byte());
+                Ok(())
             }
-            (Action::Save { .. }, Some(storage)) => {
-                if let Ok(scan) = driver.scan() {
-                    storage.write(scan);
-                }
+            Action::Save { index, reading } => store.save(index, reading, true),
+            Action::Forget => {
+                defmt::info!("all readings are deleted");
+                store.clear()
             }
-            (Action::Forget, Some(storage)) => storage.clear(),
-            (Action::Finished(residual), _) => {
+            Action::Finished(residual) => {
                 defmt::info!("finished: {}", residual);
                 log_loss(&driver);
                 profiler.report();
+                Ok(())
             }
-            (Action::Failed(error), _) => {
+            Action::Failed(error) => {
                 defmt::error!("{}", error);
                 profiler.restart();
                 go_on(&mut driver, error.code);
+                Ok(())
             }
-            // The host has the arms and the sensor, and this firmware stores no other recipe.
-            _ => {}
+            _ => Ok(()), // the host has the arms and the sensor
+        };
+        if let Err(error) = stored {
+            defmt::warn!("readings are not saved: {}", error);
         }
     }
 }
 
 /// Continues after a failure. This device has no arms: an operator starts each scan at the host, whose welcome lets it
 /// begin. A device with arms of its own would wait for its operator here.
-fn go_on(driver: &mut Driver<'static, Model>, failure: ErrorCode) {
+fn go_on(driver: &mut Driver<'static, AnyModel>, failure: ErrorCode) {
     match failure {
         // The same readings would fail again.
         ErrorCode::ReadingNonFinite
@@ -134,8 +156,8 @@ fn go_on(driver: &mut Driver<'static, Model>, failure: ErrorCode) {
 }
 
 /// Logs the predicted loss of a finished fit and its bound as `name=value` lines, as far as the recipe states them.
-fn log_loss(driver: &Driver<'_, Model>) {
-    let Some(fitted) = driver.scan().ok().and_then(|scan| scan.fitted()) else {
+fn log_loss(driver: &Driver<'_, AnyModel>) {
+    let Some(fitted) = driver.scan().fitted() else {
         return;
     };
     if let Some(loss) = fitted.predicted_loss() {
@@ -152,10 +174,9 @@ fn log_loss(driver: &Driver<'_, Model>) {
 }
 
 /// Returns true from the last reading to the end of the fit.
-fn is_fitting(driver: &Driver<'_, Model>) -> bool {
-    driver
-        .scan()
-        .is_ok_and(|scan| scan.next_pending().is_none() && scan.fitted().is_none())
+fn is_fitting(driver: &Driver<'_, AnyModel>) -> bool {
+    let scan = driver.scan();
+    scan.next_pending().is_none() && scan.fitted().is_none()
 }
 
 /// Restarts the firmware. No code of this firmware panics, so this is a precaution. With the feature `prove-no-panic` it

@@ -6,13 +6,10 @@
 //! buffers count in full. Memory has no wait states.
 
 use std::collections::HashMap;
-use std::fs;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 
-use object::{Object, ObjectSymbol};
-
-use crate::microcontroller::{Binary, spawn};
+use crate::microcontroller::{Binary, COUNTING, spawn};
 
 /// Cycles of a pipeline refill after a branch.
 const REFILL: u64 = 2;
@@ -67,6 +64,7 @@ pub fn fit_cost(binary: &Binary, calls_after_fit: usize) -> FitCost {
 fn trace(binary: &Binary) -> Vec<u32> {
     let mut command = binary.emulator();
     command
+        .args(COUNTING)
         .args(single_step_options())
         .args(["-d", "exec,nochain", "-D", "/dev/stderr"])
         .stdout(Stdio::null())
@@ -137,18 +135,14 @@ impl Program {
             };
             Some((address, instruction))
         });
-        let bytes = fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-        let object = object::File::parse(&*bytes).expect("an ELF file");
-        let counter = object.symbols().find(|symbol| {
-            let name = symbol.name().unwrap_or_default();
-            name.contains("counter") && name.contains("now")
-        });
-        let counter = counter
-            .expect("a function that reads the counter")
-            .address();
+        let symbols = binary.symbols();
+        let mut counters = symbols
+            .iter()
+            .filter(|(name, _)| name.contains("counter") && name.contains("now"));
+        let (_, counter) = counters.next().expect("a function that reads the counter");
         Self {
             instructions: instructions.collect(),
-            counter: counter as u32 & !1, // the lowest bit marks Thumb code
+            counter: *counter as u32 & !1, // the lowest bit marks Thumb code
         }
     }
 }

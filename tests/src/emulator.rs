@@ -1,5 +1,6 @@
 //! The firmware in QEMU: its serial line, log and reset.
 
+use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
@@ -9,12 +10,14 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use glimpse_core::error::ErrorCode;
+use tempfile::NamedTempFile;
 
-use crate::elf::Firmware;
-use crate::microcontroller::spawn;
+use crate::microcontroller::{Binary, COUNTING, spawn};
 
 /// Path of the program that decodes the firmware's log. `tests/run firmware` builds it from `tests/log`.
 const LOG_DECODER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/release/glimpse-log");
+/// Address of the recipe in flash, from the memory layout of `embedded-demo`.
+const RECIPE_ADDRESS: &str = "0x080E0000";
 /// Timeout of every wait for QEMU or the firmware.
 const TIMEOUT: Duration = Duration::from_secs(60);
 
@@ -31,49 +34,47 @@ pub struct Emulator {
 }
 
 impl Emulator {
-    /// Boots the firmware with the recipe that it was built with.
-    ///
-    /// # Panics
-    /// As [`Firmware::load`] and [`Emulator::boot`].
-    #[must_use]
-    pub fn boot_default() -> Self {
-        let firmware = Firmware::load();
-        Self::boot(&firmware, firmware.path())
-    }
-
-    /// Boots `image`, the firmware's file or an altered copy of it.
+    /// Boots the firmware with its built-in recipe.
     ///
     /// # Panics
     /// If QEMU is missing or does not start.
     #[must_use]
-    pub fn boot(firmware: &Firmware, image: &Path) -> Self {
-        Self::boot_with(firmware, image, &["-icount", "shift=0"])
+    pub fn boot() -> Self {
+        Self::boot_with(&COUNTING)
     }
 
-    /// Boots `image` with other options of QEMU. [`Emulator::boot`] uses `-icount shift=0`, so that an instruction takes
-    /// 1 ns. Without options, QEMU's time is the wall clock's.
+    /// Boots the firmware with another recipe in flash.
     ///
     /// # Panics
     /// As [`Emulator::boot`].
     #[must_use]
-    pub fn boot_with(firmware: &Firmware, image: &Path, options: &[&str]) -> Self {
+    pub fn boot_recipe(recipe: &[u8]) -> Self {
+        let file = NamedTempFile::new().expect("a temporary file");
+        fs::write(file.path(), recipe).expect("a temporary file");
+        let path = file.path().display();
+        let loader = format!("loader,file={path},addr={RECIPE_ADDRESS},force-raw=on");
+        Self::boot_with(&[COUNTING[0], COUNTING[1], "-device", &loader])
+    }
+
+    /// Boots the firmware with these options of QEMU. Without options, QEMU's time is the wall clock's.
+    ///
+    /// # Panics
+    /// As [`Emulator::boot`].
+    #[must_use]
+    pub fn boot_with(options: &[&str]) -> Self {
         assert!(
             Path::new(LOG_DECODER).exists(),
             "{LOG_DECODER} does not exist: build it with `tests/run firmware`"
         );
+        let firmware = Binary::demo();
         let (serial, serial_address) = listen();
         let (control, control_address) = listen();
         let mut process = spawn(
-            Command::new("qemu-system-arm")
-                .args(["-machine", "netduinoplus2"])
-                .args(["-display", "none", "-monitor", "none"])
-                .args(["-semihosting-config", "enable=on,target=native"])
+            firmware
+                .emulator()
                 .args(options)
                 .args(["-serial", &serial_address])
                 .args(["-qmp", &control_address])
-                .arg("-kernel")
-                .arg(image)
-                .stdin(Stdio::null())
                 .stdout(Stdio::piped()),
         );
         let frames = process.stdout.take().expect("a pipe");

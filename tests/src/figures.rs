@@ -3,12 +3,9 @@
 
 use glimpse_bench::recipes::{self, completed, large, masked};
 
-use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
-
 use crate::cycles;
-use crate::elf::Firmware;
 use crate::emulator::Emulator;
-use crate::host::unseen_material;
+use crate::host::{noiseless_scanner, unseen_material};
 use crate::microcontroller::{Binary, MathLibrary, TARGETS, Target};
 
 /// A measured fit: a binary of `embedded-demo/bench`.
@@ -140,20 +137,19 @@ pub fn figures(extent: Extent) -> Vec<(String, u64)> {
 /// If the firmware is not built, or the scan fails.
 #[must_use]
 pub fn demo_figures() -> Vec<(String, u64)> {
-    let firmware = Firmware::load();
-    let mut emulator = Emulator::boot(&firmware, firmware.path());
-    VirtualScanner::new(&unseen_material(0), ScannerNoise::default())
+    let (firmware, mut emulator) = (Binary::demo(), Emulator::boot());
+    noiseless_scanner(&unseen_material(0))
         .serve(&mut emulator.serial)
         .expect("a scan");
     let logged = |name: &str| -> u64 {
         let value = emulator.wait_for(&format!("{name}="));
         value.parse().expect("a number")
     };
-    let static_ram = [".data", ".bss", ".uninit"].map(|section| firmware.section_bytes(section));
+    let static_ram = firmware.section_bytes(&[".data", ".bss", ".uninit"]);
     let figures = [
         ("fit_instructions", logged("fit_instructions")),
-        ("text_bytes", firmware.section_bytes(".text")),
-        ("static_ram_bytes", static_ram.iter().sum()),
+        ("text_bytes", firmware.section_bytes(&[".text"])),
+        ("static_ram_bytes", static_ram),
         ("stack_bytes", logged("stack_bytes")),
     ];
     figures

@@ -3,14 +3,13 @@
 pub mod budgets;
 pub mod cycles;
 pub mod device;
-pub mod elf;
 pub mod emulator;
 pub mod figures;
 pub mod host;
 pub mod microcontroller;
 pub mod noisy_line;
 
-/// The firmware's default recipe.
+/// The firmware's built-in recipe.
 pub const RECIPE: &[u8] = include_bytes!("../../trainer/recipes/paper/neural-n8.recipe");
 
 /// The programs of the front page, compiled as documentation tests.

@@ -7,8 +7,10 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use object::{Object, ObjectSection};
+use object::{Object, ObjectSection, ObjectSymbol};
 
+/// QEMU's option for one instruction in each nanosecond of its time.
+pub(crate) const COUNTING: [&str; 2] = ["-icount", "shift=0"];
 /// Timeout of a run.
 const TIMEOUT: Duration = Duration::from_secs(120);
 
@@ -123,6 +125,12 @@ pub(crate) fn spawn(command: &mut Command) -> Child {
 }
 
 impl Binary {
+    /// The demo firmware.
+    #[must_use]
+    pub fn demo() -> Self {
+        Self::new(TARGETS[0], MathLibrary::Libm, "glimpse-embedded-demo")
+    }
+
     /// The binary of this name, as built by `tests/run firmware`.
     #[must_use]
     pub fn new(target: Target, library: MathLibrary, name: &str) -> Self {
@@ -143,12 +151,7 @@ impl Binary {
     /// If it does not exist, does not end within 120 s, or fails.
     #[must_use]
     pub fn run(&self) -> Output {
-        assert!(
-            self.path.exists(),
-            "{} does not exist: build it with `tests/run firmware`",
-            self.path.display()
-        );
-        let mut process = spawn(self.emulator().stdout(Stdio::piped()));
+        let mut process = spawn(self.emulator().args(COUNTING).stdout(Stdio::piped()));
         // The output is a few kilobytes, which fit into the pipe.
         let start = Instant::now();
         while process.try_wait().expect("QEMU has a status").is_none() {
@@ -175,14 +178,21 @@ impl Binary {
     }
 
     /// Returns the command that runs the binary in QEMU. The caller sets its standard output.
+    ///
+    /// # Panics
+    /// If the binary does not exist.
     pub(crate) fn emulator(&self) -> Command {
+        assert!(
+            self.path.exists(),
+            "{} does not exist: build it with `tests/run firmware`",
+            self.path.display()
+        );
         let (program, machine) = self.target.emulator.split_first().expect("a program");
         let mut command = Command::new(program);
         command
             .args(machine)
-            .args(["-display", "none", "-monitor", "none", "-serial", "none"])
+            .args(["-display", "none", "-monitor", "none"])
             .args(["-semihosting-config", "enable=on,target=native"])
-            .args(["-icount", "shift=0"])
             .arg("-kernel")
             .arg(&self.path)
             .stdin(Stdio::null());
@@ -195,25 +205,39 @@ impl Binary {
     }
 
     /// Returns the total size of the named sections in bytes.
-    ///
-    /// # Panics
-    /// If the file is not an ELF file.
     #[must_use]
     pub fn section_bytes(&self, names: &[&str]) -> u64 {
+        self.with_object(|object| {
+            let sections = object.sections();
+            let named =
+                sections.filter(|section| section.name().is_ok_and(|name| names.contains(&name)));
+            named.map(|section| section.size()).sum()
+        })
+    }
+
+    /// Returns the names and addresses of all functions and statics.
+    #[must_use]
+    pub fn symbols(&self) -> Vec<(String, u64)> {
+        self.with_object(|object| {
+            let symbols = object.symbols();
+            symbols
+                .map(|symbol| {
+                    (
+                        symbol.name().unwrap_or_default().to_owned(),
+                        symbol.address(),
+                    )
+                })
+                .collect()
+        })
+    }
+
+    fn with_object<T>(&self, read: impl FnOnce(object::File<'_>) -> T) -> T {
         let bytes = fs::read(&self.path).unwrap_or_else(|error| {
             panic!(
                 "{}: {error}. Build it with `tests/run firmware`",
                 self.path.display()
             )
         });
-        let object = object::File::parse(&*bytes).expect("an ELF file");
-        let sections = object.sections();
-        sections
-            .filter(|section| {
-                let name = section.name().unwrap_or_default();
-                names.contains(&name)
-            })
-            .map(|section| section.size())
-            .sum()
+        read(object::File::parse(&*bytes).expect("an ELF file"))
     }
 }

@@ -5,12 +5,16 @@
 //! branches, so they agree at kinks, too.
 
 pub mod cases;
+#[allow(dead_code)] // core's tests use all of it
+#[path = "../../../core/tests/suite/random.rs"]
+mod random;
 
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use glimpse_core::model::ParameterSet;
 use glimpse_core::numeric::{Real, Scalar, Value};
+use random::Random;
 
 /// A number with its derivative along one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -140,7 +144,7 @@ pub fn compare(
 ) -> Result<(), String> {
     assert_eq!(at.len(), gradient.len());
     assert_eq!(at.len(), groups.iter().sum::<usize>());
-    let mut random = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut random = Random(1);
     let mut first = 0;
     for (group, length) in groups.iter().enumerate() {
         let range = first..first + length;
@@ -148,7 +152,7 @@ pub fn compare(
         let mut terms = (0.0, 0.0_f64);
         let moving = at.iter().enumerate().map(|(index, value)| {
             let slope = match range.contains(&index) {
-                true => uniform(&mut random),
+                true => f64::from(random.number()),
                 false => 0.0,
             };
             let term = slope * gradient[index];
@@ -170,14 +174,6 @@ pub fn compare(
         }
     }
     Ok(())
-}
-
-/// Returns a number in [-1, 1), from an xorshift generator.
-fn uniform(state: &mut u64) -> f64 {
-    *state ^= *state << 13;
-    *state ^= *state >> 7;
-    *state ^= *state << 17;
-    (*state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
 }
 
 /// Converts a list in the model's order to a parameter set.

@@ -6,22 +6,21 @@ use std::net::TcpStream;
 use std::time::Instant;
 
 use glimpse_core::error::ErrorCode;
-use glimpse_core::link::{FrameReader, Request};
+use glimpse_core::link::{FrameReader, Purpose, Request};
 use glimpse_materials::Brdf;
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::assert_matches_host;
-use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{noiseless_scanner, unseen_material};
 use glimpse_tests::noisy_line::NoisyLine;
 use glimpse_trainer::scanner::{ScanReport, ScannerError, VirtualScanner};
 
-/// One byte in 100 is lost, altered, duplicated or swapped, or truncates its frame.
+/// One byte in 100 is corrupted.
 #[test]
 fn noisy_line_does_not_change_result() {
-    let mut emulator = Emulator::boot_default();
+    let mut emulator = Emulator::boot();
     let material = unseen_material(0);
-    let mut line = NoisyLine::new(&emulator.serial, 0.01, 1);
+    let mut line = NoisyLine::new(&emulator.serial, 100, 1);
     let mut scanner = noiseless_scanner(&material);
     let report = scanner.serve(&mut line).unwrap();
     assert!(line.corrupted > 0);
@@ -34,9 +33,9 @@ fn noisy_line_does_not_change_result() {
 
 #[test]
 fn reports_damaged_recipe() {
-    let firmware = Firmware::load();
-    let image = firmware.with_altered_recipe(|recipe| recipe[RECIPE.len() / 3] ^= 0x10);
-    let mut emulator = Emulator::boot(&firmware, image.path());
+    let mut recipe = RECIPE.to_vec();
+    recipe[RECIPE.len() / 3] ^= 0x10;
+    let mut emulator = Emulator::boot_recipe(&recipe);
     let material = unseen_material(0);
     match noiseless_scanner(&material).serve(&mut emulator.serial) {
         Err(ScannerError::Device(report)) => {
@@ -50,8 +49,7 @@ fn reports_damaged_recipe() {
 /// Without instruction counting, QEMU's time is the wall clock's.
 #[test]
 fn requests_repeat_every_100_ms_by_wall_clock() {
-    let firmware = Firmware::load();
-    let mut emulator = Emulator::boot_with(&firmware, firmware.path(), &[]);
+    let mut emulator = Emulator::boot_with(&[]);
     let mut reader = FrameReader::new();
     let mut requests = Vec::new();
     let mut byte = [0];
@@ -129,13 +127,23 @@ fn is_hello(request: &Request) -> bool {
     matches!(request, Request::Hello { .. })
 }
 
+/// Returns true for the request of a sample.
+fn measures(request: &Request, sample: u16) -> bool {
+    let purpose = Purpose::Sample;
+    matches!(request, Request::Measure { purpose: p, index, .. } if (*p, *index) == (purpose, sample))
+}
+
 /// Returns the samples whose readings the device has saved, and the samples that it requests to measure.
 fn indices(requests: &[Request]) -> (Vec<u16>, Vec<u16>) {
     let (mut saved, mut requested) = (Vec::new(), Vec::new());
     for request in requests {
         match request {
             Request::Restored { index, .. } => saved.push(*index),
-            Request::Measure { index, .. } => requested.push(*index),
+            Request::Measure {
+                purpose: Purpose::Sample,
+                index,
+                ..
+            } => requested.push(*index),
             _ => {}
         }
     }
@@ -148,14 +156,14 @@ fn indices(requests: &[Request]) -> (Vec<u16>, Vec<u16>) {
 /// Resets the device ten times in one scan: before each reading, in the fit, and while it sends the result.
 #[test]
 fn scan_continues_after_resets_without_repeating_readings() {
-    let mut emulator = Emulator::boot_default();
+    let mut emulator = Emulator::boot();
     let material = unseen_material(0);
     let mut scanner = noiseless_scanner(&material);
     for next in 0..8_u16 {
         let (requests, report) = serve(
             &emulator,
             &mut scanner,
-            |request| matches!(request, Request::Measure { index, .. } if *index == next),
+            |request| measures(request, next),
         );
         assert!(report.is_none());
         let saved = next.saturating_sub(1);
@@ -196,9 +204,9 @@ fn scan_continues_after_resets_without_repeating_readings() {
 /// After the reset, a new host refuses the saved readings, because the material may be another one.
 #[test]
 fn changed_material_is_measured_completely() {
-    let mut emulator = Emulator::boot_default();
+    let mut emulator = Emulator::boot();
     let material = unseen_material(0);
-    let measures_5 = |request: &Request| matches!(request, Request::Measure { index: 5, .. });
+    let measures_5 = |request: &Request| measures(request, 5);
     serve(&emulator, &mut noiseless_scanner(&material), measures_5);
     emulator.reset();
 

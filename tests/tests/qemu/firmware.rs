@@ -1,10 +1,10 @@
 //! The firmware with a scanner without faults. `faults` tests the faults.
 
+use glimpse_bench::recipes::large::NEURAL_64;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::Material;
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::{assert_matches_host, fit};
-use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{noiseless_scanner, unseen_material};
 use glimpse_trainer::bundled;
@@ -13,7 +13,7 @@ use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
 
 #[test]
 fn scan_loss_matches_evaluate() {
-    let mut emulator = Emulator::boot_default();
+    let mut emulator = Emulator::boot();
     let recipe = Recipe::parse(RECIPE).unwrap();
     for index in 0..3 {
         let material = unseen_material(index);
@@ -37,7 +37,7 @@ fn scan_loss_matches_evaluate() {
 
 #[test]
 fn consecutive_scans_agree_with_host() {
-    let mut emulator = Emulator::boot_default();
+    let mut emulator = Emulator::boot();
     for index in 0..3 {
         let material = unseen_material(index);
         let noise = ScannerNoise {
@@ -56,43 +56,26 @@ fn consecutive_scans_agree_with_host() {
     assert!((500..8192).contains(&stack), "{stack}");
 }
 
-/// Bounds checks, `unwrap`, slicing and similar operations call functions of `core::panicking`.
-#[test]
-fn firmware_cannot_panic() {
-    let mut symbols = Firmware::load().symbols();
-    assert!(
-        symbols.iter().any(|name| name == "main"),
-        "the symbols are stripped"
-    );
-    // defmt has its own panic function. Some linkers keep it although it is never called.
-    let has_defmt_panic = symbols.iter().any(|name| name == "__defmt_default_panic");
-    symbols.retain(|name| name.contains("panicking") || name.contains("_failed"));
-    if has_defmt_panic {
-        symbols.retain(|name| !name.contains("9panic_fmt") && !name.contains("panicking5panic"));
-    }
-    assert!(symbols.is_empty(), "{symbols:#?}");
-}
-
-/// Scans with every bundled recipe that has a pattern, as users flash it. Source and driver are the same for every model;
-/// only the recipe differs.
+/// Scans with every bundled recipe that has a pattern, and with the largest that the firmware accepts. One image fits
+/// all models.
 #[test]
 fn every_bundled_recipe_matches_host_fit_bit_for_bit() {
-    for bundled in bundled::ALL {
-        let recipe = Recipe::parse(bundled.bytes).unwrap();
-        let model = recipe.model();
+    let bundled = bundled::ALL
+        .iter()
+        .map(|bundled| (bundled.name, bundled.bytes));
+    for (name, bytes) in bundled.chain([("neural-n64", NEURAL_64)]) {
+        let recipe = Recipe::parse(bytes).unwrap();
         if recipe.samples() == 0 {
             continue;
         }
-        let firmware = Firmware::for_model(model);
-        let image = firmware.with_recipe(bundled.bytes);
-        let mut emulator = Emulator::boot(&firmware, image.path());
+        let mut emulator = Emulator::boot_recipe(bytes);
         let report = noiseless_scanner(&unseen_material(0))
             .serve(&mut emulator.serial)
             .unwrap();
-        assert_eq!(report.model, model);
-        let (values, residual) = fit(bundled.bytes, &report.readings);
+        assert_eq!(report.model, recipe.model());
+        let (values, residual) = fit(bytes, &report.readings);
         let bits = |values: &[f32]| -> Vec<u32> { values.iter().map(|x| x.to_bits()).collect() };
-        assert_eq!(bits(&report.values), bits(&values), "{}", bundled.name);
-        assert_eq!(report.residual, residual, "{}", bundled.name);
+        assert_eq!(bits(&report.values), bits(&values), "{name}");
+        assert_eq!(report.residual, residual, "{name}");
     }
 }

@@ -23,10 +23,10 @@ use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::{Linear, ScanModel};
 use glimpse_core::geometry::{ArmAngles, Directions};
 use glimpse_core::gonio::{Limits, Machine, Quantity, Reading, tile};
-use glimpse_core::link::{Client, FRAME_BYTES, Received, Reply, Request, Server, Values};
+use glimpse_core::link::{DeviceEnd, FRAME_BYTES, HostEnd, Received, Reply, Request, Values};
 use glimpse_core::model::linear::Basis;
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
-use glimpse_core::recipe::{Recipe, max_samples};
+use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
 
 unsafe extern "C" {
@@ -120,7 +120,7 @@ fn recipe() {
     let machine = Machine::new(any(Limits::NONE));
     black_box((recipe.out_of_reach(&machine), recipe.is_in_path_order()));
     black_box((recipe.tolerates_missing(), recipe.bounds_partial_loss()));
-    black_box((recipe.basis_checksum(), max_samples(&[bytes()])));
+    black_box(recipe.basis_checksum());
     let code = ErrorCode::from_number(any(32));
     let error = Error::with(code, any([7, 8]));
     black_box((code.number(), code.text(), error.is_implausible()));
@@ -154,22 +154,22 @@ fn link() {
     let mut frame = [0; FRAME_BYTES];
     let length = any(frame.len());
     let frame = frame.get_mut(..length).unwrap_or_default();
-    let mut client = Client::new(any(1));
-    let mut server = Server::new();
+    let mut device = DeviceEnd::new(any(1));
+    let mut host = HostEnd::new();
     let request = black_box(Request::Values {
         offset: any(0),
         total: any(0),
-        values: Values::try_from(numbers()).unwrap_or_default(),
+        values: Values::from_slice(numbers()).unwrap_or_default(),
     });
-    black_box(client.request(&request, frame).is_ok());
+    black_box(device.request(&request, frame).is_ok());
     for byte in bytes() {
-        black_box(client.receive(*byte, &request).is_some());
-        if let Some(Ok(Received::New(_))) = black_box(server.receive(*byte)) {
+        black_box(device.receive(*byte, &request).is_some());
+        if let Some(Ok(Received::New(_))) = black_box(host.receive(*byte)) {
             let reply = black_box(Reply::Measured {
                 index: any(1),
                 reading: reading(),
             });
-            black_box(server.reply(reply, frame).is_ok());
+            black_box(host.reply(reply, frame).is_ok());
         }
     }
 }
