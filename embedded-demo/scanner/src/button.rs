@@ -43,11 +43,8 @@ impl<P: Wait + InputPin> Button<P> {
             };
             Timer::at(changed + BOUNCE).await;
             self.changed = None;
-            if self
-                .pin
-                .is_low()
-                .is_ok_and(|is_low| is_low == self.is_released)
-            {
+            let is_low = self.pin.is_low();
+            if is_low.is_ok_and(|is_low| is_low == self.is_released) {
                 self.is_released = !self.is_released;
                 if !self.is_released {
                     return;

@@ -66,8 +66,8 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, R> Steppers<S, D, H, R> {
         }
     }
 
-    /// Polls the arms until they rest. Returns the result of a homing.
-    async fn settle(&mut self) -> Result<Option<StepCheck>, Error> {
+    /// Polls the arms until they rest.
+    async fn settle(&mut self) -> Result<Progress, Error> {
         self.polled = Instant::now();
         loop {
             Timer::after_micros(POLL_US).await;
@@ -77,8 +77,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, R> Steppers<S, D, H, R> {
             let elapsed_us = u32::try_from(elapsed).unwrap_or(u32::MAX);
             match self.arms.poll(elapsed_us)? {
                 Progress::Moving => {}
-                Progress::Homed(check) => return Ok(Some(check)),
-                Progress::Arrived | Progress::Resting => return Ok(None),
+                progress => return Ok(progress),
             }
         }
     }
@@ -87,11 +86,9 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, R> Steppers<S, D, H, R> {
 impl<S: OutputPin, D: OutputPin, H: InputPin, R: Sensor> Machine for Steppers<S, D, H, R> {
     async fn home(&mut self) -> Result<StepCheck, Error> {
         self.arms.home()?;
-        loop {
-            // A route to the switches ends with an arrival.
-            if let Some(check) = self.settle().await? {
-                return Ok(check);
-            }
+        match self.settle().await? {
+            Progress::Homed(check) => Ok(check),
+            _ => Ok(StepCheck::Unknown),
         }
     }
 

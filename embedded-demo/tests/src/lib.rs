@@ -1,15 +1,15 @@
 //! A simulated scanner on a desk: arms and flash, with faults, and a clock that tests advance.
 
 mod arms;
+#[path = "../../template/src/axes.rs"]
+pub mod axes;
 mod flash;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use embassy_time::MockDriver;
 
-pub use arms::{
-    Arm, Arms, Machine, Pin, TestAxis, Wiring, go_to, home, separation, settings, settle,
-};
+pub use arms::{Arm, Arms, Machine, Pin, Wiring, go_to, home, separation, settle};
 pub use flash::{Effect, Flash, SECTOR_BYTES, effects};
 
 /// Sets the clock to 0. All tests of a program share it, so only one has it at a time.
