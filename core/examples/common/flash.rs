@@ -17,6 +17,7 @@ pub enum Effect {
 }
 
 /// Returns the effects on a change of `length` bytes: cuts at each byte in both orders, and random bits.
+#[allow(dead_code)] // of tests of the store
 pub fn effects(length: usize) -> impl Iterator<Item = Effect> {
     let orders = (0..=length).flat_map(|count| [Effect::Low(count), Effect::High(count)]);
     orders.chain((0..16).map(Effect::Bits))

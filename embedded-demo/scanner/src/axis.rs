@@ -1,11 +1,11 @@
 //! One axis: a stepper driver's step and direction pins, and a normally closed switch at one end of the travel.
 //!
-//! An axis never waits. [`Axis::poll`] takes the elapsed time and makes at most one edge on the step pin. A late caller
-//! makes an axis slower, but loses no steps.
+//! An axis never waits. A poll takes the elapsed time and makes at most one edge on the step pin. A late caller makes an
+//! axis slower, but loses no steps. The switch is read before each step.
 //!
-//! Every motion toward the switch is bounded: by the travel of the axis if its position is unknown, else by its
-//! distance and a tenth of the travel. The switch is read before each step. After an error the axis does not move
-//! until [`Axis::home`] is called.
+//! Every motion toward the switch is bounded: from a known position by its distance and a tenth of the travel. In
+//! addition, the steps of all homings together, since the switch was last open, do not exceed the travel and a hundredth.
+//! Until the axis has found its switch for the first time, they do not exceed 5 degrees.
 
 mod settings;
 mod switch;
@@ -19,22 +19,25 @@ use switch::Switch;
 
 /// Minimum time for which the step pin stays high, µs. Common drivers need 2 µs.
 const MIN_PULSE_US: u32 = 2;
-
-/// Part of the travel, a hundredth, within which the switch opens and closes at different positions.
-const HYSTERESIS: i32 = 100;
-/// Part of the travel, a twentieth, within which a switch must close when the axis leaves it.
-const RELEASE: i32 = 20;
+/// Bound of a homing before the direction is proven, radians: 5 degrees.
+const JOG: f32 = 0.0873;
+/// Tolerance of the far switch's angle, radians: 1 degree.
+const FAR_TOLERANCE: f32 = 0.01745;
+/// Repeated approaches to the switch after an unknown position.
+const RETRIES: u8 = 2;
 
 /// Task of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Task {
+pub(crate) enum Task {
     Idle,
     /// Move from one position to another.
     Move(i32, i32),
-    /// Leave the switch slowly, with this number of steps left.
-    Release(i32),
-    /// Approach the switch slowly, with this number of steps left.
-    Approach(i32),
+    /// Leave the home switch slowly, if it is open, and approach it.
+    Release,
+    /// Approach the switch slowly.
+    Approach,
+    /// Approach the far switch slowly from the end of the travel, and return to the end.
+    Far,
 }
 
 /// Returns a function that adds the number of an axis to its error.
@@ -45,7 +48,15 @@ pub(crate) fn of_axis(number: u32) -> impl Fn(Error) -> Error {
     }
 }
 
-/// An axis with its pins.
+/// The error of a pin.
+const PIN: Error = Error::new(ErrorCode::Pin);
+
+/// Creates an error with steps.
+fn with_steps(code: ErrorCode, steps: i32) -> Error {
+    Error::with(code, [0, steps.cast_unsigned()])
+}
+
+/// An axis with its pins. A [`Goniometer`](crate::goniometer::Goniometer) validates its settings, and moves it.
 #[derive(Debug)]
 pub struct Axis<S, D, H> {
     step: S,
@@ -55,9 +66,22 @@ pub struct Axis<S, D, H> {
     task: Task,
     /// Position in steps, as counted; 0 is the angle 0.
     position: i32,
-    homed: bool,
-    /// Error of the step count when the switch opened last, steps. None if the count was unknown before.
-    count_error: Option<i32>,
+    is_known: bool,
+    /// True once the axis has found its switch, and thus turns in the right direction.
+    pub(crate) is_proven: bool,
+    /// True unless the far switch has to be found.
+    is_scaled: bool,
+    /// Lost steps, or 0 within the tolerance, since the [`Goniometer`](crate::goniometer::Goniometer) has read them. None
+    /// if the position was unknown in the meantime.
+    pub(crate) lost_steps: Option<i32>,
+    /// Steps of homings toward the closed switch since it was open.
+    searched: i32,
+    /// Steps of homings at the open switch since it was closed.
+    released: i32,
+    /// Approaches left.
+    retries: u8,
+    /// Lowest and highest position of the switch's openings after an unknown position, relative to the first.
+    openings: (i32, i32),
     is_step_high: bool,
     /// State of the direction pin.
     upwards: Option<bool>,
@@ -67,8 +91,7 @@ pub struct Axis<S, D, H> {
 }
 
 impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
-    /// Creates an axis at an unknown position. The switch pulls its pin low while it is closed; the arm opens it. A
-    /// [`Goniometer`](crate::goniometer::Goniometer) validates the settings, and moves the axis.
+    /// Creates an axis at an unknown position. The switch pulls its pin low while it is closed; the arm opens it.
     pub fn new(step: S, direction: D, switch: H, settings: Settings) -> Self {
         Self {
             step,
@@ -77,8 +100,14 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
             settings,
             task: Task::Idle,
             position: 0,
-            homed: false,
-            count_error: None,
+            is_known: false,
+            is_proven: false,
+            is_scaled: true,
+            lost_steps: None,
+            searched: 0,
+            released: 0,
+            retries: 0,
+            openings: (0, 0),
             is_step_high: false,
             upwards: None,
             since_step_us: 0,
@@ -87,73 +116,56 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
     }
 
     /// Returns the angle according to the step count, radians. None if the position is unknown.
-    pub fn angle(&self) -> Option<f32> {
-        self.homed.then(|| self.settings.angle(self.position))
+    pub(crate) fn angle(&self) -> Option<f32> {
+        self.is_known.then(|| self.settings.angle(self.position))
     }
 
-    /// Returns the lost steps: the error of the step count at the last homing, or 0 within the tolerance. None if the
-    /// count was unknown before.
-    pub fn lost_steps(&self) -> Option<i32> {
-        let is_lost = |error: i32| error.saturating_abs() > self.settings.tolerance;
-        Some(self.count_error?).map(|error| if is_lost(error) { error } else { 0 })
+    /// Returns true if the axis could have this angle.
+    pub(crate) fn is_position(&self, angle: f32) -> bool {
+        let settings = &self.settings;
+        let positions = -settings.margin(Settings::HYSTERESIS)..=settings.span();
+        angle.is_finite() && positions.contains(&settings.distance(settings.steps(angle)))
     }
 
-    /// Assumes an angle from before a reset, if the axis has such a position.
+    /// Assumes an angle from before a reset.
     pub(crate) fn assume(&mut self, angle: f32) {
         self.position = self.settings.steps(angle);
-        let distance = self.settings.distance(self.position);
-        self.homed = angle.is_finite() && (0..=self.settings.travel()).contains(&distance);
+        (self.is_known, self.lost_steps) = (true, Some(0));
     }
 
-    /// Sends the axis to an angle in radians; [`Axis::poll`] moves it. Beyond its limits it may only stay at its
-    /// position.
+    /// Sends the axis from its known position to an angle in radians. Beyond its limits it may only stay.
     ///
     /// # Errors
-    /// If the axis is moving or not homed, or the angle is NaN or out of reach.
-    pub fn go_to(&mut self, angle: f32) -> Result<(), Error> {
+    /// If the angle is NaN or out of reach.
+    pub(crate) fn go_to(&mut self, angle: f32) -> Result<(), Error> {
         let mut to = self.settings.steps(angle);
         if angle.is_nan() || to != self.position {
             to = self.settings.steps(self.settings.reach(angle)?);
         }
-        match self.homed {
-            true => self.begin(Task::Move(self.position, to)),
-            false => Err(Error::new(ErrorCode::NotHomed)),
-        }
-    }
-
-    /// Sends the axis onto its home switch, slowly; [`Axis::poll`] moves it. Afterwards [`Axis::lost_steps`] returns
-    /// the lost steps.
-    ///
-    /// # Errors
-    /// If the axis is moving.
-    pub fn home(&mut self) -> Result<(), Error> {
-        // If the switch is open, the axis first leaves it.
-        self.begin(Task::Release(self.settings.margin(RELEASE)))?;
-        self.count_error = None;
+        self.begin(Task::Move(self.position, to));
         Ok(())
     }
 
-    fn begin(&mut self, task: Task) -> Result<(), Error> {
-        if self.task != Task::Idle {
-            return Err(Error::new(ErrorCode::Moving));
-        }
+    /// Returns true if the position was unknown, and the far switch has not been found since.
+    pub(crate) fn needs_far(&self) -> bool {
+        self.settings.far.is_some() && !self.is_scaled
+    }
+
+    /// Begins a task, or stops the axis at once. It keeps its position, which the next homing verifies.
+    pub(crate) fn begin(&mut self, task: Task) {
         self.task = task;
         self.interval_us = 0;
         self.switch.restart();
-        Ok(())
-    }
-
-    /// Stops the axis at once. Its position is unknown afterwards.
-    pub fn stop(&mut self) {
-        (self.task, self.homed) = (Task::Idle, false);
     }
 
     /// Moves the axis. `elapsed_us` is the time since the last call. Returns true while the axis is moving.
     ///
     /// # Errors
-    /// The error of the axis. It is stopped and must be homed again.
-    pub fn poll(&mut self, elapsed_us: u32) -> Result<bool, Error> {
-        self.advance(elapsed_us).inspect_err(|_| self.stop())
+    /// The error of the axis. It is stopped, and its position is unknown.
+    pub(crate) fn poll(&mut self, elapsed_us: u32) -> Result<bool, Error> {
+        self.advance(elapsed_us).inspect_err(|_| {
+            (self.task, self.is_known, self.lost_steps) = (Task::Idle, false, None);
+        })
     }
 
     fn advance(&mut self, elapsed_us: u32) -> Result<bool, Error> {
@@ -164,9 +176,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         };
         if self.is_step_high {
             if self.since_step_us >= MIN_PULSE_US {
-                self.step
-                    .set_low()
-                    .map_err(|_| Error::new(ErrorCode::Pin))?;
+                self.step.set_low().map_err(|_| PIN)?;
                 self.is_step_high = false;
             }
             return Ok(true);
@@ -182,42 +192,102 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
     /// Returns the direction of the next step, and sets its time in `interval_us`. None if the task is complete, has
     /// changed to its next phase, or waits for a bouncing contact.
     fn next_step(&mut self, is_open: Option<bool>) -> Result<Option<bool>, Error> {
-        let settings = &self.settings;
-        let away = settings.is_home_low();
+        if self.task == Task::Idle {
+            return Ok(None);
+        }
+        let settings = self.settings;
+        let hysteresis = settings.margin(Settings::HYSTERESIS);
         let distance = settings.distance(self.position);
-        match (self.task, is_open) {
-            (Task::Idle, _) | (Task::Release(_) | Task::Approach(_), None) => return Ok(None),
+        let beyond_far = distance - settings.span();
+        let jog = settings.steps(if self.is_proven { f32::INFINITY } else { JOG });
+        let far_tolerance = self.tolerance().max(settings.steps(FAR_TOLERANCE));
+        let is_away = match (self.task, is_open) {
             // The contact must be stable before the first step.
             (Task::Move(from, _), None) if self.position == from => return Ok(None),
             (Task::Move(from, to), _) => {
-                if is_open == Some(true) && distance > settings.margin(HYSTERESIS) {
-                    let details = [0, distance.cast_unsigned()];
-                    return Err(Error::with(ErrorCode::SwitchOpened, details));
+                let is_at_far = settings.far.is_some() && beyond_far >= -hysteresis - far_tolerance;
+                if is_open == Some(true) && distance > hysteresis && !is_at_far {
+                    return Err(match self.needs_far() {
+                        true => with_steps(ErrorCode::Scale, beyond_far),
+                        false => with_steps(ErrorCode::SwitchOpened, distance),
+                    });
                 }
                 return Ok(self.next_ramp_step(from, to));
             }
-            (Task::Release(0), Some(true)) => return Err(Error::new(ErrorCode::SwitchStuck)),
-            (Task::Release(steps), Some(true)) => self.task = Task::Release(steps - 1),
-            (Task::Release(steps), Some(false)) => {
-                let released = settings.margin(RELEASE) - steps;
-                self.task = Task::Approach(match (released, self.homed) {
-                    (0, true) => distance.max(0) + settings.margin(Settings::LOST),
-                    (0, false) => settings.travel() + settings.margin(HYSTERESIS),
-                    _ => released + settings.margin(HYSTERESIS),
-                });
+            (_, None) | (Task::Idle, _) => return Ok(None),
+            (Task::Release, Some(true)) => {
+                let reach = settings.margin(Settings::RELEASE).min(jog);
+                // An axis at its far switch turns back.
+                let can_turn = settings.far.is_some() && self.is_proven;
+                if self.released >= reach * if can_turn { 4 } else { 1 } {
+                    return Err(Error::new(ErrorCode::SwitchStuck));
+                }
+                (self.searched, self.released) = (0, self.released + 1);
+                self.released <= reach
+            }
+            (Task::Release, Some(false)) => {
+                (self.task, self.released) = (Task::Approach, 0);
                 return Ok(None);
             }
-            (Task::Approach(0), Some(false)) => return Err(Error::new(ErrorCode::SwitchNotFound)),
-            (Task::Approach(steps), Some(false)) => self.task = Task::Approach(steps - 1),
-            (Task::Approach(_), Some(true)) => {
-                let home = settings.steps(settings.home);
-                self.count_error = self.homed.then_some(self.position - home);
-                (self.position, self.homed, self.task) = (home, true, Task::Idle);
-                return Ok(None);
+            (Task::Approach, Some(false)) => {
+                let is_lost = self.is_known && distance <= -settings.margin(Settings::LOST);
+                if self.searched >= jog.min(settings.span() + hysteresis) || is_lost {
+                    return Err(Error::new(match self.is_proven {
+                        true => ErrorCode::SwitchNotFound,
+                        false => ErrorCode::Direction,
+                    }));
+                }
+                self.searched += 1;
+                false
+            }
+            (Task::Approach, Some(true)) => return self.find_home().map(|()| None),
+            (Task::Far, Some(is_open)) => {
+                if is_open && beyond_far.abs() <= far_tolerance {
+                    self.is_scaled = true;
+                    return self.go_to(settings.end()).map(|()| None);
+                }
+                if is_open || beyond_far >= far_tolerance {
+                    return Err(with_steps(ErrorCode::Scale, beyond_far));
+                }
+                true
+            }
+        };
+        self.interval_us = (1e6 / settings.homing_speed) as u32; // saturates
+        Ok(Some(is_away == settings.is_home_low()))
+    }
+
+    /// Returns the tolerance of the step count: that of the settings, and the scatter of the switch.
+    fn tolerance(&self) -> i32 {
+        self.settings.tolerance + self.openings.1 - self.openings.0
+    }
+
+    /// Compares the step count with the position of the switch, which has opened. After an unknown position the axis
+    /// repeats the approach, to learn the scatter of the switch.
+    fn find_home(&mut self) -> Result<(), Error> {
+        let home = self.settings.steps(self.settings.home);
+        let error = self.position - home;
+        (self.searched, self.task) = (0, Task::Idle);
+        if !self.is_known {
+            (self.is_known, self.is_scaled, self.position) = (true, false, home);
+            (self.retries, self.openings) = (RETRIES, (0, 0));
+        } else if self.retries > 0 {
+            let (low, high) = self.openings;
+            self.openings = (low.min(error), high.max(error));
+            self.retries -= 1;
+            if self.tolerance() > self.settings.margin(Settings::HYSTERESIS) {
+                return Err(Error::new(ErrorCode::SwitchBounces));
+            }
+        } else {
+            self.position = home;
+            if self.lost_steps == Some(0) && error.saturating_abs() > self.tolerance() {
+                self.lost_steps = Some(error);
             }
         }
-        self.interval_us = (1e6 / settings.homing_speed) as u32; // saturates
-        Ok(Some(matches!(self.task, Task::Release(_)) == away))
+        match self.retries {
+            0 => self.is_proven = true,
+            _ => self.task = Task::Release,
+        }
+        Ok(())
     }
 
     /// Returns the next step of a trapezoidal speed profile: `k` steps from standstill the speed is that of constant
@@ -240,13 +310,11 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         if self.upwards != Some(upwards) {
             let level = upwards != self.settings.reversed;
             let set = self.direction.set_state(level.into());
-            set.map_err(|_| Error::new(ErrorCode::Pin))?;
+            set.map_err(|_| PIN)?;
             self.upwards = Some(upwards);
             return Ok(());
         }
-        self.step
-            .set_high()
-            .map_err(|_| Error::new(ErrorCode::Pin))?;
+        self.step.set_high().map_err(|_| PIN)?;
         self.is_step_high = true;
         self.since_step_us = 0;
         self.position += if upwards { 1 } else { -1 };

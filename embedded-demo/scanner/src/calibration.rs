@@ -63,12 +63,13 @@ where
             self.show(Event::Reading(number, of, counts)).await;
             *to = (arms.directions(), optics.reading(counts, &arms, true)?.brdf);
         }
-        match examine(&readings, white.reflectance)? {
-            TileResult::Is(Quantity::Brdf) => {}
-            TileResult::Is(quantity) | TileResult::Scaled { quantity, .. } => {
-                let details = [quantity as u32, 0];
-                return Err(Error::with(ErrorCode::TileOther, details));
-            }
+        let quantity = match examine(&readings, white.reflectance)? {
+            TileResult::Is(Quantity::Brdf) => None,
+            TileResult::Is(quantity) | TileResult::Scaled { quantity, .. } => Some(quantity),
+            _ => Some(Quantity::Brdf),
+        };
+        if let Some(quantity) = quantity {
+            return Err(Error::with(ErrorCode::TileOther, [quantity as u32, 0]));
         }
         self.home().await?.passed()?;
         self.store.save_white(dark.channels, lit.channels)

@@ -72,11 +72,6 @@ impl Optics {
         })
     }
 
-    /// The next scan reads the room light again.
-    pub(crate) fn restart(&mut self) {
-        self.room = None;
-    }
-
     /// Converts counts at these angles. Those with the lamp off at the beginning of a scan are subtracted from all others.
     ///
     /// # Errors

@@ -31,6 +31,9 @@ const MAX_LEGS: usize = 7;
 /// moves, the separation never falls below the smaller of two values: the separation before the move, and that at home.
 pub(crate) const HOMING_ORDER: [usize; 4] = [2, 0, 1, 3];
 
+/// Order in which axes go to their far switches: the azimuths first, because the polar axes rely on their scale.
+pub(crate) const FAR_ORDER: [usize; 4] = [1, 3, 0, 2];
+
 /// The configuration space of the arms.
 ///
 /// ```
@@ -41,7 +44,7 @@ pub(crate) const HOMING_ORDER: [usize; 4] = [2, 0, 1, 3];
 /// let no_route = Some(Error::new(ErrorCode::NoSafeRoute));
 /// let axis = |home, min_angle, max_angle| Settings {
 ///     steps_per_radian: 2000.0, speed: 4000.0, acceleration: 20_000.0, homing_speed: 500.0,
-///     home, min_angle, max_angle, tolerance: 1, reversed: false,
+///     home, min_angle, max_angle, far: None, tolerance: 1, reversed: false,
 /// };
 /// let (lamp, sensor) = (axis(-0.05, 0.0, 1.4), axis(1.5, 0.0, 1.4));
 /// let (start, crossed) = ([0.2, 0.0, 1.0, 0.0], [1.0, 0.0, 0.2, 0.0]);
@@ -61,7 +64,7 @@ pub(crate) const HOMING_ORDER: [usize; 4] = [2, 0, 1, 3];
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Space {
-    settings: [Settings; 4],
+    pub(crate) settings: [Settings; 4],
     /// The limits of reachable samples.
     pub(crate) limits: Limits,
 }
@@ -71,7 +74,7 @@ impl Space {
     /// angle between lamp and sensor, radians.
     ///
     /// # Errors
-    /// If a value is out of range, or lamp and sensor may collide while they are homed.
+    /// If a value is out of range, or lamp and sensor may collide while they are homed or a far switch is searched.
     pub fn new(settings: [Settings; 4], min_separation: f32) -> Result<Self, Error> {
         for (number, axis) in (0..).zip(&settings) {
             axis.validate().map_err(of_axis(number))?;
@@ -94,7 +97,13 @@ impl Space {
         if separation < min_separation || !is_sensor_outer {
             return Err(Error::new(ErrorCode::HomeTooClose));
         }
-        Ok(Self { settings, limits })
+        let space = Self { settings, limits };
+        for (axis, settings) in settings.iter().enumerate() {
+            if settings.far.is_some() {
+                space.route_to_end(space.home(), axis)?;
+            }
+        }
+        Ok(space)
     }
 
     /// Plans a route along which lamp and sensor are at least the minimum separation apart. Its waypoints are rounded
@@ -116,6 +125,26 @@ impl Space {
         let mut routes = routes.map(|route| route.map(|angles| self.round(angles)));
         let route = routes.find(|route| self.is_safe(from, route));
         Ok(route.ok_or(no_route)?.into_iter())
+    }
+
+    /// Plans a route to a configuration in which an axis can leave the end of its travel for its far switch. The other
+    /// axes are home, but polar axes move at opposite azimuths, and the lamp leaves the normal before the sensor goes there.
+    pub(crate) fn route_to_end(&self, from: AxisAngles, axis: usize) -> Result<Route, Error> {
+        let home = self.home();
+        let apart = self.spread(home).filter(|_| axis == 0 || axis == 2);
+        let ends = self.settings.each_ref().map(Settings::end);
+        let far = self.settings.each_ref().map(|axis| {
+            let beyond = axis.angle(2 * axis.margin(Settings::LOST));
+            axis.end() + libm::copysignf(beyond, axis.end() - axis.home)
+        });
+        let end = merge(apart.unwrap_or(home), ends, |other| {
+            other == axis || (axis, other) == (2, 0)
+        });
+        let beyond = merge(end, far, |other| other == axis);
+        if separation_between(end, beyond) < self.limits.min_separation {
+            return Err(Error::new(ErrorCode::NoSafeRoute));
+        }
+        self.route(from, end)
     }
 
     /// Returns the waypoints via home, if the azimuths can turn apart.

@@ -1,15 +1,17 @@
 //! Firmware of a scanner that moves its own arms: four stepper axes, a color sensor, a button, and a line to a host.
 //!
-//! Change the numbers of this file to those of your machine. `boards/` has the pins.
+//! Change the numbers of this file and of `axes.rs` to those of your machine. `boards/` has the pins.
 
 #![no_std]
 #![no_main]
 
+mod axes;
 #[path = "boards/{{board}}.rs"]
 mod board;
 
 use core::convert::Infallible;
 
+use axes::{AXES, DIRECTIONS_CHECKED, MIN_SEPARATION};
 use embassy_time::Timer;
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal_async::digital::Wait;
@@ -23,7 +25,7 @@ use glimpse_core::gonio::{Calibration, Footprint, Machine};
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::{Recipe, max_samples, memory_words};
 use glimpse_core::scan::Scan;
-use glimpse_scanner::axis::{Axis, Settings};
+use glimpse_scanner::axis::Axis;
 use glimpse_scanner::goniometer::Goniometer;
 use glimpse_scanner::store::{Layout, Store};
 use glimpse_scanner::{Button, ColorSensor, Command, Event, FlashMemory, Operator, Steppers, run};
@@ -36,8 +38,6 @@ type Model = Neural;
 const SAMPLES: usize = max_samples(&[RECIPE]);
 const MEMORY_WORDS: usize = memory_words(&[RECIPE]);
 
-/// The smallest angle between lamp and sensor, in radians.
-const MIN_SEPARATION: f32 = 0.09;
 /// True: log the sensor's counts instead of scanning, for the next four constants.
 const CALIBRATES: bool = false;
 /// Counts in the dark and on a white tile, with the arms at `WHITE_AT`, and the tile's reflectance.
@@ -56,45 +56,6 @@ const WHITE_AT: ArmAngles = ArmAngles {
 const REFLECTANCE: [f32; 3] = [0.99; 3];
 /// The larger spot on the sample, at all angles: that of the light, or that which the sensor sees.
 const FOOTPRINT: Footprint = Footprint::LightLarger;
-
-/// The axes: theta_i and phi_i turn the lamp, theta_o and phi_o the sensor. Angles in radians, from the normal or the
-/// common azimuth 0. Step and speed: a motor of 200 steps with 16 microsteps and a gear of 4.
-///
-/// `home` is the angle of the switch, outside `min_angle` to `max_angle` by at most a tenth of that. A high direction
-/// pin increases the angle, unless `reversed`.
-const AXES: [Settings; 4] = [
-    Settings {
-        home: -0.05,
-        min_angle: 0.0,
-        max_angle: 1.5,
-        ..POLAR
-    },
-    AZIMUTH,
-    Settings {
-        home: 1.55,
-        min_angle: 0.0,
-        max_angle: 1.5,
-        ..POLAR
-    },
-    AZIMUTH,
-];
-const AZIMUTH: Settings = Settings {
-    home: -3.2,
-    min_angle: -3.14,
-    max_angle: 3.14,
-    ..POLAR
-};
-const POLAR: Settings = Settings {
-    steps_per_radian: 200.0 * 16.0 * 4.0 / core::f32::consts::TAU,
-    speed: 4_000.0,         // steps/s
-    acceleration: 20_000.0, // steps/s^2
-    homing_speed: 1_000.0,  // steps/s
-    home: 0.0,
-    min_angle: 0.0,
-    max_angle: 0.0,
-    tolerance: 2, // steps that may be lost between two homings
-    reversed: false,
-};
 
 /// Returns the place of readings in the flash: two areas of whole sectors from `start` on.
 const fn readings_at(start: u32, area_bytes: u32) -> Layout {
@@ -177,7 +138,10 @@ where
         axis(theta_o, sensor),
         axis(phi_o, sensor_azimuth),
     ];
-    let arms = Goniometer::new(axes, MIN_SEPARATION, None)?;
+    let mut arms = Goniometer::new(axes, MIN_SEPARATION)?;
+    if DIRECTIONS_CHECKED {
+        arms.trust_directions();
+    }
     let mut config = Config::new(Host::Listens);
     config.machine = Some(Machine::new(arms.limits()));
     config.sequence_seed = boots;
@@ -187,6 +151,9 @@ where
     while CALIBRATES {
         defmt::info!("counts: {}", color_sensor.counts().await?);
         Timer::after_millis(500).await;
+    }
+    if arms.needs_confirmation() {
+        defmt::warn!("make sure that the lamp is nearer to the normal than the sensor");
     }
     let mut machine = Steppers::new(arms, color_sensor);
     let memory = MEMORY

@@ -1,20 +1,22 @@
-//! A simulated machine. Its arms respond to edges on their pins only.
+//! A simulated machine with the template's axes. Its arms respond to edges on their pins only.
 
 use std::array;
 use std::cell::Cell;
-use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use embedded_hal::digital::{ErrorKind, ErrorType, InputPin, OutputPin};
 use glimpse_core::error::Error;
 use glimpse_core::geometry::{ArmAngles, Spherical};
-
 use glimpse_scanner::axis::{Axis, Settings};
 use glimpse_scanner::goniometer::Progress::{self, Homed};
 use glimpse_scanner::goniometer::{Goniometer, StepCheck};
 use glimpse_scanner::route::AxisAngles;
 
+use crate::axes::{AXES, MIN_SEPARATION};
+
 /// Reads for which a contact bounces after each change.
 const BOUNCES: u32 = 8;
+/// Steps between the positions at which a switch opens and closes.
+const HYSTERESIS: i32 = 10;
 
 /// State of a simulated switch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,6 +32,8 @@ pub enum Wiring {
     Bouncing,
     /// The switch is intact, but the motor does not turn.
     Jammed,
+    /// The switch is intact, but the motor turns the wrong way.
+    Reversed,
     /// The pin returns errors.
     Unreadable,
 }
@@ -37,17 +41,48 @@ pub enum Wiring {
 /// A simulated arm.
 #[derive(Debug, Default)]
 pub struct Arm {
-    /// Distance from its switch, steps. The switch is open at 0 and below.
+    /// Distance from its switch, steps. The switch opens at 0.
     pub position: Cell<i32>,
-    /// Levels of the direction pin and the step pin. The arm moves away from its switch if the direction is high.
-    levels: [Cell<bool>; 2],
+    /// Distance of its far switch.
+    pub far: Cell<Option<i32>>,
+    /// Steps by which every second opening is early.
+    pub scatter: Cell<i32>,
+    /// Level of the direction pin that moves it away from its switch.
+    away: bool,
     /// Steps that the motor will miss.
     pub stalled: Cell<u32>,
     /// The state of its switch.
     pub wiring: Cell<Wiring>,
+    /// Levels of the direction pin and the step pin.
+    levels: [Cell<bool>; 2],
     was_open: Cell<bool>,
+    openings: Cell<i32>,
     /// Reads during which the contact will bounce.
-    pub bounces: Cell<u32>,
+    bounces: Cell<u32>,
+}
+
+impl Arm {
+    /// Returns its direction pin, which may switch a lamp instead.
+    pub fn pin(&self) -> Pin<'_> {
+        Pin {
+            arm: self,
+            is_step: false,
+        }
+    }
+
+    /// Returns the level of that pin.
+    pub fn level(&self) -> bool {
+        self.levels[0].get()
+    }
+
+    /// Returns true if a working switch is open.
+    fn is_open(&self) -> bool {
+        let (position, was_open) = (self.position.get(), self.was_open.get());
+        let early = (self.openings.get() + i32::from(!was_open)) % 2 * self.scatter.get();
+        let margin = if was_open { HYSTERESIS } else { 0 };
+        let is_at_far = |far| position + margin >= far;
+        position - margin <= early || self.far.get().is_some_and(is_at_far)
+    }
 }
 
 /// A pin of an arm: step, direction, or switch.
@@ -62,10 +97,11 @@ impl Pin<'_> {
         let Self { arm, is_step } = *self;
         let was_high = arm.levels[usize::from(is_step)].replace(level);
         if is_step && level && !was_high && arm.wiring.get() != Wiring::Jammed {
-            let step = if arm.levels[0].get() { 1 } else { -1 };
+            let is_reversed = arm.wiring.get() == Wiring::Reversed;
+            let is_away = (arm.levels[0].get() == arm.away) != is_reversed;
             match arm.stalled.get().checked_sub(1) {
                 Some(left) => arm.stalled.set(left),
-                None => arm.position.update(|position| position + step),
+                None => arm.position.update(|at| at + if is_away { 1 } else { -1 }),
             }
         }
         Ok(())
@@ -90,13 +126,14 @@ impl InputPin for Pin<'_> {
     fn is_high(&mut self) -> Result<bool, ErrorKind> {
         let arm = self.arm;
         let is_open = match arm.wiring.get() {
-            Wiring::Intact | Wiring::Jammed => arm.position.get() <= 0,
+            Wiring::Intact | Wiring::Jammed | Wiring::Reversed => arm.is_open(),
             Wiring::Bouncing => !arm.was_open.get(),
             Wiring::Broken => true,
             Wiring::Shorted => false,
             Wiring::Unreadable => return Err(ErrorKind::Other),
         };
         if arm.was_open.replace(is_open) != is_open {
+            arm.openings.update(|count| count + i32::from(is_open));
             arm.bounces.set(arm.bounces.get().max(BOUNCES));
         }
         let left = arm.bounces.get();
@@ -109,24 +146,36 @@ impl InputPin for Pin<'_> {
     }
 }
 
-/// An axis of a simulated arm.
-pub type TestAxis<'a> = Axis<Pin<'a>, Pin<'a>, Pin<'a>>;
 /// A goniometer of simulated arms.
 pub type Arms<'a> = Goniometer<Pin<'a>, Pin<'a>, Pin<'a>>;
 
 /// Four simulated arms.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Machine {
     /// The arms of theta_i, phi_i, theta_o and phi_o.
     pub arms: [Arm; 4],
+    /// The settings of the firmware.
+    pub settings: [Settings; 4],
+    /// The true steps per radian, relative to the settings.
+    pub gears: Cell<[f32; 4]>,
+    /// The minimum separation of the firmware, radians.
+    pub min_separation: f32,
 }
 
 impl Machine {
     /// Creates a machine whose arms are at these distances from their switches.
     pub fn new(positions: [i32; 4]) -> Self {
-        let machine = Self::default();
-        (0..4).for_each(|arm| machine.arms[arm].position.set(positions[arm]));
-        machine
+        let arm = |number| Arm {
+            position: Cell::new(positions[number]),
+            away: number != 2, // the sensor's switch is at the horizon
+            ..Arm::default()
+        };
+        Self {
+            arms: array::from_fn(arm),
+            settings: AXES,
+            gears: Cell::new([1.0; 4]),
+            min_separation: MIN_SEPARATION,
+        }
     }
 
     /// Returns the distances of the arms from their switches, steps.
@@ -134,22 +183,27 @@ impl Machine {
         self.arms.each_ref().map(|arm| arm.position.get())
     }
 
-    /// Returns an axis with these settings.
-    pub fn axis(&self, number: usize, settings: Settings) -> TestAxis<'_> {
-        let arm = &self.arms[number];
-        let pin = |is_step| Pin { arm, is_step };
-        Axis::new(pin(true), pin(false), pin(false), settings)
+    /// Returns arms whose directions are unproven.
+    pub fn unproven(&self) -> Arms<'_> {
+        let axes = array::from_fn(|number| {
+            let arm = &self.arms[number];
+            let pin = |is_step| Pin { arm, is_step };
+            Axis::new(pin(true), pin(false), pin(false), self.settings[number])
+        });
+        Goniometer::new(axes, self.min_separation).unwrap()
     }
 
-    /// Returns arms that must be homed.
-    pub fn arms(&self, min_separation: f32, angles: Option<AxisAngles>) -> Arms<'_> {
-        let axes = array::from_fn(|number| self.axis(number, settings(number)));
-        Goniometer::new(axes, min_separation, angles).unwrap()
+    /// Returns arms that must be homed, as after a reset.
+    pub fn arms(&self, angles: Option<AxisAngles>) -> Arms<'_> {
+        let mut arms = self.unproven();
+        arms.trust_directions();
+        angles.into_iter().for_each(|angles| arms.assume(angles));
+        arms
     }
 
     /// Returns the homed arms.
-    pub fn homed(&self, min_separation: f32) -> Arms<'_> {
-        let mut arms = self.arms(min_separation, None);
+    pub fn homed(&self) -> Arms<'_> {
+        let mut arms = self.arms(None);
         assert_eq!(home(&mut arms), Ok(Homed(StepCheck::Unknown)));
         arms
     }
@@ -157,30 +211,11 @@ impl Machine {
     /// Returns the true angles of the arms.
     pub fn angles(&self) -> AxisAngles {
         array::from_fn(|number| {
-            let (settings, position) = (settings(number), self.positions()[number]);
-            let steps = if number == 2 { -position } else { position };
-            settings.angle(settings.steps(settings.home) + steps)
+            let (settings, position) = (self.settings[number], self.positions()[number]);
+            let sign = if number == 2 { -1.0 } else { 1.0 };
+            let per_radian = settings.steps_per_radian * self.gears.get()[number];
+            settings.home + sign * position as f32 / per_radian
         })
-    }
-}
-
-/// Returns the settings of an axis. The sensor's polar axis, 2, has its switch at the horizon and a reversed motor.
-pub fn settings(number: usize) -> Settings {
-    let (home, min_angle, max_angle) = match number {
-        0 => (-0.05, 0.0, FRAC_PI_2),
-        2 => (FRAC_PI_2 - 0.01, 0.0, FRAC_PI_2 - 0.03),
-        _ => (-PI - 0.05, -PI, PI),
-    };
-    Settings {
-        steps_per_radian: 200.0 * 16.0 * 4.0 / TAU,
-        speed: 4000.0,
-        acceleration: 20_000.0,
-        homing_speed: 1000.0,
-        home,
-        min_angle,
-        max_angle,
-        tolerance: 1,
-        reversed: number == 2,
     }
 }
 
@@ -191,7 +226,7 @@ pub fn separation([theta_i, phi_i, theta_o, phi_o]: AxisAngles) -> f32 {
     ArmAngles { incoming, outgoing }.directions().separation()
 }
 
-/// Polls until the arms rest, and returns their last progress. `watch` is called after each poll.
+/// Polls every `round` us until the arms rest, and returns their last progress. `watch` is called after each poll.
 ///
 /// # Errors
 /// As [`Goniometer::poll`].
@@ -215,8 +250,8 @@ pub fn go_to(arms: &mut Arms, angles: AxisAngles) {
 /// Homes the arms, and polls until they rest.
 ///
 /// # Errors
-/// As [`Goniometer::poll`].
+/// As [`Goniometer::home`] and [`Goniometer::poll`].
 pub fn home(arms: &mut Arms) -> Result<Progress, Error> {
-    arms.home().unwrap();
+    arms.home()?;
     settle(arms, 10, || ())
 }

@@ -16,8 +16,6 @@ use glimpse_core::gonio::{Footprint, Machine as Reach};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Residual, Scan};
 use glimpse_core::store::{Layout, Store};
-use glimpse_scanner::axis::Settings;
-use glimpse_scanner::goniometer::Goniometer;
 use glimpse_scanner::{ColorSensor, Command, Event, Operator, White, run};
 
 use crate::optics::{Brdf, Light, Registers, SensorFault};
@@ -45,10 +43,6 @@ pub struct Desk {
     pub recipe: &'static [u8],
     /// The arms.
     pub machine: Machine,
-    /// The firmware's settings of its axes, which may be wrong.
-    pub settings: Cell<fn(usize) -> Settings>,
-    /// The smallest angle between lamp and sensor in the firmware, radians.
-    pub separation: f32,
     /// Lamp and room.
     pub light: Light,
     /// A fault of the sensor.
@@ -87,7 +81,7 @@ impl Desk {
         let desk = Self::uncalibrated(recipe);
         let light = &desk.light;
         let counts = [light.dark.get(), light.white.get()].map(|counts| [counts; 3]);
-        let settings = desk.arms().unwrap().settings_checksum();
+        let settings = desk.machine.unproven().settings_checksum();
         {
             let mut flash = desk.flash.borrow_mut();
             let mut store = Store::mount(&mut *flash, LAYOUT, &desk.parsed()).unwrap();
@@ -103,8 +97,6 @@ impl Desk {
         Self {
             recipe,
             machine: Machine::new([900, 3000, 700, 5000]),
-            settings: Cell::new(crate::settings),
-            separation: 0.09,
             light: Light::default(),
             sensor: Cell::default(),
             flash: RefCell::new(Flash::new(32)),
@@ -128,15 +120,6 @@ impl Desk {
         Recipe::parse(self.recipe).unwrap()
     }
 
-    /// Returns the arms of the firmware.
-    ///
-    /// # Errors
-    /// As [`Goniometer::new`].
-    pub fn arms(&self) -> Result<crate::Arms<'_>, Error> {
-        let axis = |number| self.machine.axis(number, self.settings.get()(number)).unwrap();
-        Goniometer::new(std::array::from_fn(axis), self.separation)
-    }
-
     /// Returns the true directions of lamp and sensor.
     pub fn directions(&self) -> Directions<f32> {
         let [theta_i, phi_i, theta_o, phi_o] = self.machine.angles();
@@ -157,13 +140,13 @@ impl Desk {
         let mut flash = self.flash.borrow_mut();
         let mut store = Store::mount(&mut *flash, LAYOUT, &recipe).unwrap();
         let scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
-        let arms = self.arms().unwrap();
+        let arms = self.machine.unproven();
         let mut config = Config::new(host);
         config.machine = Some(Reach::new(arms.limits()));
         config.sequence_seed = store.count_boot().unwrap();
         self.configure.get()(&mut config);
         self.registers.set(Registers::default());
-        let lamp = crate::Pin::lamp(&self.light.is_on);
+        let lamp = self.light.pin.pin();
         let mut machine = glimpse_scanner::Machine::new(arms, lamp, ColorSensor::new(self));
         let line = (self, self);
         let mut firmware = pin!(run(scan, config, WHITE, &mut machine, &mut store, operator, line));
@@ -190,26 +173,30 @@ impl Desk {
         !self.failures.borrow().is_empty() && self.patience.get() == 0
     }
 
-    /// Returns the mean relative error of the last result at 512 directions, with light at the normal and at 50 degrees.
+    /// Fits the readings in the flash again, and returns the mean relative error of the BRDF at 512 directions, with light
+    /// at the normal and at 50 degrees.
     pub fn error(&self, truth: Brdf) -> f32 {
-        let (_, values) = self.results.borrow().last().unwrap().clone();
         let recipe = self.parsed();
-        let fitted = crate::fitted(&recipe, &values);
+        let mut memory = vec![0.0; recipe.memory_words()];
+        let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
+        let mut flash = self.flash.borrow().clone();
+        let mut store = Store::mount(&mut flash, LAYOUT, &recipe).unwrap();
+        store.restore(&mut scan).unwrap();
+        let mut fit = scan.fit().unwrap();
+        while !fit.advance(u32::MAX).is_complete() {}
+        _ = fit.finish();
+        let fitted = scan.fitted().unwrap();
         let (mut sum, mut count) = (0.0, 0.0);
         for theta_i in [0.0_f32, 50.0] {
-            for t in 0..16_u8 {
-                for p in 0..16_u8 {
-                    let theta = (f32::from(t) + 0.5) / 16.0 * 80.0_f32.to_radians();
-                    let phi = (f32::from(p) + 0.5) / 16.0 * TAU;
-                    let incoming = Spherical { theta: theta_i.to_radians(), phi: 0.0 };
-                    let outgoing = Spherical { theta, phi };
-                    let at = ArmAngles { incoming, outgoing }.directions();
-                    let (truth, fitted) = (truth(&at), fitted(&at));
-                    for (truth, fitted) in truth.into_iter().zip(fitted) {
-                        sum += (fitted / truth - 1.0).abs();
-                        count += 1.0;
-                    }
-                }
+            for (t, p) in (0..16_u8).flat_map(|t| (0..16_u8).map(move |p| (t, p))) {
+                let theta = (f32::from(t) + 0.5) / 16.0 * 80.0_f32.to_radians();
+                let phi = (f32::from(p) + 0.5) / 16.0 * TAU;
+                let at = |theta, phi| Spherical { theta, phi };
+                let (incoming, outgoing) = (at(theta_i.to_radians(), 0.0), at(theta, phi));
+                let at = ArmAngles { incoming, outgoing }.directions();
+                let pairs = truth(&at).into_iter().zip(fitted.brdf(&at).unwrap());
+                sum += pairs.map(|(truth, fitted)| (fitted / truth - 1.0).abs()).sum::<f32>();
+                count += 3.0;
             }
         }
         sum / count

@@ -1,16 +1,23 @@
-//! A simulated scanner on a desk: arms and flash, with faults, and a clock that tests advance.
+//! A simulated scanner on a desk: arms, light, sensor, flash, line, host and operator, with faults, in virtual time. A
+//! [`Desk`] runs the main loop of `glimpse-scanner`, for the tests of this package and of your firmware.
 
 mod arms;
+#[path = "../../template/src/axes.rs"]
+pub mod axes;
+mod desk;
+#[path = "../../../core/examples/common/flash.rs"]
 mod flash;
+mod line;
+pub mod optics;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use embassy_time::MockDriver;
 
-pub use arms::{
-    Arm, Arms, Machine, Pin, TestAxis, Wiring, go_to, home, separation, settings, settle,
-};
-pub use flash::{Effect, Flash, SECTOR_BYTES, effects};
+pub use arms::{Arm, Arms, Machine, Pin, Wiring, go_to, home, separation, settle};
+pub use desk::{Desk, LAYOUT, WHITE};
+pub use flash::{Effect, Flash, SECTOR_BYTES};
+pub use line::{Computer, Line};
 
 /// Sets the clock to 0. All tests of a program share it, so only one has it at a time.
 pub fn take_clock() -> MutexGuard<'static, ()> {

@@ -7,7 +7,7 @@ use embassy_time::Instant;
 use embedded_hal_async::i2c::{self, I2c, Operation};
 use glimpse_core::geometry::Directions;
 
-use crate::{Desk, Random};
+use crate::{Arm, Desk, Random};
 
 /// A material's BRDF in linear RGB, sr^-1, not times the cosine.
 pub type Brdf = fn(&Directions<f32>) -> [f32; 3];
@@ -56,8 +56,8 @@ pub struct Light {
     pub lamp: Cell<(f32, f32)>,
     /// True if the firmware cannot switch the lamp.
     pub is_always_on: Cell<bool>,
-    /// True if the firmware has switched it on.
-    pub is_on: Cell<bool>,
+    /// The pin with which the firmware switches it.
+    pub pin: Arm,
     /// Counts of the room's light, and their change per second.
     pub room: Cell<(f32, f32)>,
     /// Counts without light.
@@ -75,7 +75,7 @@ impl Default for Light {
             material: Cell::new(plastic),
             lamp: Cell::new((1.0, 0.0)),
             is_always_on: Cell::new(false),
-            is_on: Cell::new(true),
+            pin: Arm::default(),
             room: Cell::new((0.0, 0.0)),
             dark: Cell::new(100.0),
             white: Cell::new(20_000.0),
@@ -98,7 +98,7 @@ impl Light {
     fn counts(&self, at: &Directions<f32>) -> [f32; 3] {
         let seconds = Instant::now().as_micros() as f32 * 1e-6;
         let now = |(start, change): (f32, f32)| start + seconds * change;
-        let is_lit = self.is_on.get() || self.is_always_on.get();
+        let is_lit = self.pin.level() || self.is_always_on.get();
         let lamp = if is_lit { now(self.lamp.get()) } else { 0.0 };
         let span = self.white.get() - self.dark.get();
         self.material.get()(at).map(|brdf| {
@@ -161,12 +161,10 @@ impl I2c for &Desk {
         for operation in operations {
             match (operation, self.sensor.get()) {
                 (_, SensorFault::Absent) => return Err(Nack),
-                (Operation::Write([register, value]), _) => match register & 0x1F {
-                    0x00 => registers.enable = *value,
-                    0x01 => registers.time = *value,
-                    _ => registers.gain = *value,
-                },
-                (Operation::Write(_), _) => {}
+                (Operation::Write([0xA0, value]), _) => registers.enable = *value,
+                (Operation::Write([0xA1, value]), _) => registers.time = *value,
+                (Operation::Write([0xAF, value]), _) => registers.gain = *value,
+                (Operation::Write(bytes), _) => assert_eq!(*bytes, [0xB3], "the status"),
                 (Operation::Read(_), SensorFault::NackAt(at)) if at == number => {
                     self.sensor.set(SensorFault::None);
                     return Err(Nack);
@@ -196,7 +194,6 @@ impl I2c for &Desk {
                         registers = Registers::default();
                     }
                 }
-                (operation, _) => panic!("{operation:?}"),
             }
         }
         self.registers.set(registers);

@@ -4,6 +4,7 @@ use core::f32::consts::TAU;
 
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::Limits;
+use serde::Serialize;
 
 /// The largest step count: `f32` represents the angles of all steps up to it.
 const MAX_STEPS: f32 = 4_194_304.0;
@@ -11,7 +12,7 @@ const MAX_STEPS: f32 = 4_194_304.0;
 const MIN_TRAVEL: i32 = 100;
 
 /// Settings of an axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Settings {
     /// Steps per radian of the arm, microsteps and gear included.
     pub steps_per_radian: f32,
@@ -28,13 +29,22 @@ pub struct Settings {
     pub min_angle: f32,
     /// Largest angle of a sample, radians.
     pub max_angle: f32,
-    /// Tolerance of the position at which the switch opens, steps: from 0 to a twentieth of the travel.
+    /// Angle at which an optional second switch opens, radians: on the other side of the limits than `home`, by at most a
+    /// tenth of the travel. It is normally closed, and in series with the home switch. Both stay open beyond their angles.
+    /// With it, a homing from an unknown position checks `steps_per_radian`.
+    pub far: Option<f32>,
+    /// Tolerance of the step count when the switch opens, steps: from 0 to a twentieth of the travel. A stepper loses
+    /// whole electrical cycles, of four full steps each, so half a full step is safe.
     pub tolerance: i32,
     /// True if a low direction pin increases the angle.
     pub reversed: bool,
 }
 
 impl Settings {
+    /// Part of the travel, a hundredth, within which a switch opens and closes at different positions.
+    pub(super) const HYSTERESIS: i32 = 100;
+    /// Part of the travel, a twentieth, within which a switch must close when the axis leaves it.
+    pub(super) const RELEASE: i32 = 20;
     /// Part of the travel, a tenth: the maximum of lost steps with which an axis still finds its switch.
     pub(crate) const LOST: i32 = 10;
 
@@ -48,6 +58,8 @@ impl Settings {
         let is_countable = |angle: f32| libm::fabsf(angle * self.steps_per_radian) <= MAX_STEPS;
         let gap = self.distance(self.steps(self.clamp(self.home)));
         let tolerances = 0..=self.travel() / 20;
+        let far_gap = self.span().saturating_sub(self.travel());
+        let is_far_valid = |far| is_countable(far) && far_gap > 0;
         let checks = [
             ("steps_per_radian", is_positive(self.steps_per_radian)),
             ("speed", is_positive(self.speed)),
@@ -60,11 +72,12 @@ impl Settings {
             ("home", gap <= self.margin(Self::LOST)),
             ("steps_per_radian", self.travel() >= MIN_TRAVEL),
             ("tolerance", tolerances.contains(&self.tolerance)),
+            ("far", self.far.is_none_or(is_far_valid)),
+            ("far", far_gap <= self.margin(Self::LOST)),
         ];
         let invalid = checks.into_iter().find(|(_, is_valid)| !is_valid);
-        invalid.map_or(Ok(()), |(field, _)| {
-            Err(Error::in_field(ErrorCode::AxisSettings, field))
-        })
+        let error = |field| Error::in_field(ErrorCode::AxisSettings, field);
+        invalid.map_or(Ok(()), |(field, _)| Err(error(field)))
     }
 
     /// Returns the step nearest to an angle in radians.
@@ -77,15 +90,18 @@ impl Settings {
         steps as f32 / self.steps_per_radian
     }
 
-    /// Returns an equivalent of this angle within the limits, radians. It may differ by a full turn, and by
-    /// [`Limits::TOLERANCE`] at a limit.
+    /// Returns an equivalent of this angle within the limits, radians. It may differ by full turns, and at a limit by
+    /// [`Limits::TOLERANCE`] or the rounding to a step.
     ///
     /// # Errors
     /// [`ErrorCode::AxisReach`] for NaN and for angles out of reach.
     pub fn reach(&self, angle: f32) -> Result<f32, Error> {
-        let reachable = self.min_angle - Limits::TOLERANCE..=self.max_angle + Limits::TOLERANCE;
-        let mut turned = [angle, angle - TAU, angle + TAU].into_iter();
-        let turned = turned.find(|angle| reachable.contains(angle));
+        let tolerance = Limits::TOLERANCE.max(0.6 / self.steps_per_radian);
+        let reachable = self.min_angle - tolerance..=self.max_angle + tolerance;
+        let middle = 0.5 * (self.min_angle + self.max_angle);
+        let turned = angle - TAU * libm::roundf((angle - middle) / TAU);
+        let mut angles = [angle, turned].into_iter();
+        let turned = angles.find(|angle| reachable.contains(angle));
         let error = Error::with(ErrorCode::AxisReach, [0, angle.to_bits()]);
         Ok(self.clamp(turned.ok_or(error)?))
     }
@@ -95,10 +111,22 @@ impl Settings {
         angle.max(self.min_angle).min(self.max_angle)
     }
 
+    /// Returns the limit on the other side than `home`, radians.
+    pub(crate) fn end(&self) -> f32 {
+        match self.is_home_low() {
+            true => self.max_angle,
+            false => self.min_angle,
+        }
+    }
+
     /// Returns the steps between the switch and the far end of the travel.
     pub fn travel(&self) -> i32 {
-        let distance = |end: f32| self.distance(self.steps(end));
-        distance(self.min_angle).max(distance(self.max_angle))
+        self.distance(self.steps(self.end()))
+    }
+
+    /// Returns the steps between the switch and the far switch, or else the far end of the travel.
+    pub(crate) fn span(&self) -> i32 {
+        self.distance(self.steps(self.far.unwrap_or(self.end())))
     }
 
     /// Returns true if the angle increases away from the switch.

@@ -1,18 +1,12 @@
 //! The first day on the bench: each fault is right, stated with the result, or ends with its cause. The table of
 //! core/docs/faults.md is printed from here.
 
-use std::cell::Cell;
-
-use embassy_time::Instant;
-use glimpse_core::driver::Host;
 use glimpse_core::error::ErrorCode;
-use glimpse_core::scan::EvidenceLimits;
-use glimpse_desk::optics::{self, SensorFault, black, metal, plastic, tile};
-use glimpse_desk::{Desk, Wiring};
-use glimpse_scanner::Command;
+use glimpse_desk::Desk;
+use glimpse_desk::optics::{SensorFault, black, metal, tile};
 
-static N8: &[u8] = include_bytes!("../../../../trainer/recipes/completed/neural-n8.recipe");
-static N16: &[u8] = include_bytes!("../../../../trainer/recipes/completed/neural-n16.recipe");
+pub(crate) static N8: &[u8] = include_bytes!("../../../../trainer/recipes/completed/neural-n8.recipe");
+pub(crate) static N16: &[u8] = include_bytes!("../../../../trainer/recipes/completed/neural-n16.recipe");
 
 /// What a fault must lead to.
 #[derive(Clone, Copy, Debug, PartialEq)]

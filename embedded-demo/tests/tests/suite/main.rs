@@ -1,7 +1,7 @@
-//! Tests of glimpse-scanner on a host, with simulated arms and flash, in virtual time.
+//! Tests of glimpse-scanner on a host, in virtual time.
 
+mod faults;
 mod motion;
-mod parts;
+mod panel;
 mod route;
 mod scans;
-mod store;

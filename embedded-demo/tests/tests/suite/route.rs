@@ -2,8 +2,8 @@
 
 use std::array;
 
-use glimpse_desk::Random;
-use glimpse_desk::{Machine, separation, settings, settle};
+use glimpse_desk::axes::AXES;
+use glimpse_desk::{Machine, Random, separation, settle};
 use glimpse_scanner::goniometer::{Progress, StepCheck};
 use glimpse_scanner::route::{AxisAngles, Space};
 
@@ -17,7 +17,7 @@ fn between(from: AxisAngles, to: AxisAngles, parts: [f32; 4]) -> AxisAngles {
 
 fn random_angles(random: &mut Random) -> AxisAngles {
     array::from_fn(|axis| {
-        let axis = settings(axis);
+        let axis = AXES[axis];
         let angle = axis.min_angle + random.unit() * (axis.max_angle - axis.min_angle);
         axis.angle(axis.steps(angle))
     })
@@ -35,7 +35,7 @@ fn route_connects_safe_configurations() {
     let mut random = Random(1);
     for case in 0..7500 {
         let min_separation = [0.0, 0.05, 0.2, 0.5, 1.0][case % 5];
-        let space = Space::new(array::from_fn(settings), min_separation).unwrap();
+        let space = Space::new(AXES, min_separation).unwrap();
         let [start, end] = [(); 2].map(|()| random_safe(&mut random, min_separation));
         let mut from = start;
         for to in space.route(start, end).unwrap() {
@@ -53,22 +53,30 @@ fn route_connects_safe_configurations() {
     }
 }
 
-/// The simulated arms on random routes, with a reset and a homing at any time.
+/// The simulated arms on random routes, with stops of moves and of homings, and resets.
 #[test]
 fn moving_arms_stay_apart() {
     let mut random = Random(3);
     for min_separation in [0.08, 0.3, 1.0] {
-        let machine = Machine::new([0; 4]);
-        let mut arms = machine.homed(min_separation);
+        let mut machine = Machine::new([0; 4]);
+        machine.min_separation = min_separation;
+        let mut arms = machine.homed();
         let check = || assert!(separation(machine.angles()) >= min_separation - ROUNDING);
-        for _ in 0..15 {
-            let target = random_safe(&mut random, min_separation);
-            arms.go_to(target).unwrap();
-            for _ in 0..random.below(150_000) {
-                arms.poll(40).unwrap();
-                check();
+        for case in 0..25 {
+            arms.go_to(random_safe(&mut random, min_separation))
+                .unwrap();
+            for _ in 0..random.below(4) {
+                for _ in 0..random.below(80_000) {
+                    arms.poll(40).unwrap();
+                    check();
+                }
+                match case % 2 {
+                    0 => arms.stop(),
+                    _ => arms = machine.arms(arms.angles()),
+                }
+                arms.home().unwrap();
             }
-            arms = machine.arms(min_separation, arms.angles());
+            arms.stop();
             arms.home().unwrap();
             let homed = settle(&mut arms, 40, check);
             assert_eq!(homed, Ok(Progress::Homed(StepCheck::Passed)));
