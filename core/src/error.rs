@@ -327,7 +327,7 @@ error_codes! {
     DeadBlue = 88, "the blue channel reads 0 while others do not: check its filter and amplifier";
     Albedo = 89, "the material reflects several times the light it receives: the readings may be percent, pi times the BRDF, or not divided by the white reading";
     Residual = 90, "the fit explains its readings far worse than expected: check alignment, units and the sensor";
-    RoomLight = 92, "the readings with the lamp off are too large a part of those with it: darken the room, or read the dark again";
+    RoomLight = 92, "the readings with the lamp off are too large a part of those with it: check the lamp, darken the room, and calibrate again";
     Drift = 93, "the sample read again at the end differs: let the lamp warm up, keep the room light constant, and check the axes";
     Saturated = 94, "too many readings are saturated: reduce the exposure of white and sample";
     Restored = 95, "all readings are from before a restart of the device: if the material has changed since, scan it again";

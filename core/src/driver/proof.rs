@@ -96,7 +96,8 @@ impl Proof {
         match (self.stage, self.first) {
             (Stage::Again, Some((_, first))) => {
                 let mut changes = first.brdf.into_iter().zip(reading.brdf);
-                let change = |(a, b): (f32, f32)| (b - a).abs() / if a > mean { a } else { mean };
+                let least = 0.1 * mean;
+                let change = |(a, b): (f32, f32)| (b - a).abs() / if a > least { a } else { least };
                 self.drift = Some(largest(
                     [(); 3].map(|()| changes.next().map_or(0.0, change)),
                 ));

@@ -12,8 +12,8 @@ pub struct Evidence {
     /// The largest channel of the readings with the lamp off, relative to the mean reading of the samples. None if it was
     /// not read.
     pub dark: Option<f32>,
-    /// The largest change of the first sample, read again at the end, relative to it, or to the mean reading if that is
-    /// larger. None if it was not read.
+    /// The largest change of the first sample, read again at the end, relative to it, or to a tenth of the mean reading if
+    /// that is larger. None if it was not read.
     pub drift: Option<f32>,
     /// Number of readings from before a restart of the device.
     pub restored: u16,
@@ -33,11 +33,11 @@ pub struct EvidenceLimits {
 }
 
 impl EvidenceLimits {
-    /// 5 % of light with the lamp off, 5 % of drift, and a quarter of saturated readings.
+    /// 5 % of light with the lamp off, 5 % of drift, and a fifth of saturated readings.
     pub const DEFAULT: Self = Self {
         dark: 0.05,
         drift: 0.05,
-        saturated: 0.25,
+        saturated: 0.2,
     };
     /// No limits, and no additional readings.
     pub const NONE: Self = Self {

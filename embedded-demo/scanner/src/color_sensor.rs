@@ -19,38 +19,28 @@ const CONVERT: u8 = 2;
 /// The bit of [`STATUS`] that is set while there are valid counts.
 const IS_VALID: u8 = 1;
 
-/// An exposure: cycles of 2.4 ms, the gain's register, and the factor to the counts of the nominal one.
+/// An exposure: the gain's register, and the factor to the counts of the nominal one.
 struct Exposure {
-    cycles: u8,
     gain: u8,
     factor: f32,
 }
 
-/// Exposures, the shortest first. The third is nominal.
-const EXPOSURES: [Exposure; 4] = [
-    Exposure::new(4, 0, 64.0),
-    Exposure::new(64, 0, 4.0),
-    Exposure::new(64, 1, 1.0), // the gain 4
-    Exposure::new(64, 3, 1.0 / 15.0),
+/// With the gain 1, the nominal gain 4, and the gain 60. Less time saturates at the same light.
+const EXPOSURES: [Exposure; 3] = [
+    Exposure::new(0, 4.0),
+    Exposure::new(1, 1.0),
+    Exposure::new(3, 1.0 / 15.0),
 ];
+/// 64 cycles of 2.4 ms, the shortest time with counts up to 65,535.
+const CYCLES: u8 = 64;
+/// Counts at and above which a reading is saturated.
+const SATURATION: f32 = 65_535.0;
+/// Two integrations, because the first may have begun before the arms rest, and the start of the oscillator.
+const SETTLE: Duration = Duration::from_millis(313);
 
 impl Exposure {
-    const fn new(cycles: u8, gain: u8, factor: f32) -> Self {
-        Self {
-            cycles,
-            gain,
-            factor,
-        }
-    }
-
-    /// Counts at and above which a reading is saturated.
-    fn saturation(&self) -> f32 {
-        (1024.0 * f32::from(self.cycles)).min(65_535.0)
-    }
-
-    /// Two integrations, because the first may have begun before the arms rest, and the start of the oscillator.
-    fn settling(&self) -> Duration {
-        Duration::from_micros(4_800 * u64::from(self.cycles) + 5_000)
+    const fn new(gain: u8, factor: f32) -> Self {
+        Self { gain, factor }
     }
 }
 
@@ -76,13 +66,13 @@ impl<B: I2c> ColorSensor<B> {
     async fn expose(&mut self, exposure: &Exposure) -> Result<[f32; 3], Error> {
         for (register, value) in [
             (ENABLE, POWER_ON),
-            (INTEGRATION_TIME, exposure.cycles.wrapping_neg()),
+            (INTEGRATION_TIME, CYCLES.wrapping_neg()),
             (GAIN, exposure.gain),
             (ENABLE, POWER_ON | CONVERT),
         ] {
             self.write(register, value).await?;
         }
-        Timer::after(exposure.settling()).await;
+        Timer::after(SETTLE).await;
         let mut bytes = [0; 9];
         let read = self
             .bus
@@ -100,24 +90,20 @@ const FAULT: Error = Error::new(ErrorCode::Sensor);
 
 impl<B: I2c> Sensor for ColorSensor<B> {
     async fn counts(&mut self, adapts: bool) -> Result<Counts, Error> {
-        let [shortest, short, nominal, long] = &EXPOSURES;
+        let [short, nominal, long] = &EXPOSURES;
         let mut exposure = nominal;
         let mut counts = self.expose(exposure).await?;
         let largest = |counts: [f32; 3]| counts.into_iter().fold(0.0, f32::max);
-        let is_saturated = |counts, exposure: &Exposure| largest(counts) >= exposure.saturation();
-        if adapts && largest(counts) < 0.01 * exposure.saturation() {
+        if adapts && largest(counts) >= SATURATION {
+            exposure = short;
+            counts = self.expose(exposure).await?;
+        } else if adapts && largest(counts) < 0.01 * SATURATION {
             exposure = long;
             counts = self.expose(exposure).await?;
         }
-        for shorter in [short, shortest] {
-            if adapts && is_saturated(counts, exposure) {
-                exposure = shorter;
-                counts = self.expose(exposure).await?;
-            }
-        }
         Ok(Counts {
             channels: counts.map(|count| count * exposure.factor),
-            is_saturated: is_saturated(counts, exposure),
+            is_saturated: largest(counts) >= SATURATION,
         })
     }
 }

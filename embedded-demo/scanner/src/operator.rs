@@ -33,6 +33,8 @@ pub enum Event<'v> {
     Homing,
     /// A reading, its number and that of all, and its counts.
     Reading(u16, u16, Counts),
+    /// The counts with the lamp off, or of the first sample again.
+    Check(Counts),
     /// A reading is not saved, and lost in a restart.
     Unsaved,
     /// The scan is complete: its residual, and the fitted values in the order of the model.
@@ -61,7 +63,7 @@ impl Event<'_> {
     pub fn state(&self) -> State {
         match self {
             Self::Waiting | Self::Saved | Self::Question | Self::Calibrated => State::Waits,
-            Self::Homing | Self::Reading(..) | Self::Unsaved => State::Moves,
+            Self::Homing | Self::Reading(..) | Self::Check(_) | Self::Unsaved => State::Moves,
             Self::Finished(residual, _) if residual.implausible.is_none() => State::Finished,
             Self::Finished(..) | Self::Failed(_) => State::Failed,
         }
@@ -77,11 +79,8 @@ impl fmt::Display for Event<'_> {
                 "the positions are unknown: turn the lamp nearer to the normal than the sensor, then press",
             ),
             Self::Homing => f.write_str("homing"),
-            Self::Reading(number, of, counts) => {
-                let [red, green, blue] = counts.channels.map(|count| count as u32);
-                let saturated = if counts.is_saturated { ", saturated" } else { "" };
-                write!(f, "reading {number} of {of}: counts {red}, {green}, {blue}{saturated}")
-            }
+            Self::Reading(number, of, counts) => write!(f, "reading {number} of {of}: {counts}"),
+            Self::Check(counts) => write!(f, "check: {counts}"),
             Self::Unsaved => f.write_str("the last reading is not saved: check the flash"),
             Self::Finished(residual, _) => match residual.implausible {
                 Some(code) => write!(f, "finished with a warning: {}", code.text()),

@@ -13,6 +13,14 @@ pub struct Counts {
     pub is_saturated: bool,
 }
 
+impl core::fmt::Display for Counts {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let [red, green, blue] = self.channels.map(|count| count as u32);
+        let saturated = if self.is_saturated { ", saturated" } else { "" };
+        write!(f, "counts {red}, {green}, {blue}{saturated}")
+    }
+}
+
 /// A sensor.
 pub trait Sensor {
     /// Reads the counts. If it `adapts`, a sensor with several exposures chooses one; the counts are those of the nominal

@@ -208,8 +208,11 @@ where
         let counts = self.read(arms, is_lit).await?;
         let of = scan.recipe().samples() as u16;
         let number = of.saturating_sub(scan.pending().count() as u16);
-        let number = number.saturating_add(u16::from(purpose == Purpose::Sample));
-        self.show(Event::Reading(number, of, counts)).await;
+        let event = match purpose {
+            Purpose::Sample => Event::Reading(number.saturating_add(1), of, counts),
+            Purpose::Dark | Purpose::Again => Event::Check(counts),
+        };
+        self.show(event).await;
         let reading = scanner.optics.reading(counts, &arms, is_lit)?;
         _ = scanner.driver.record(index, reading); // an invalid reading is repeated
         Ok(())

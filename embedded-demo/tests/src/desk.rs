@@ -12,13 +12,13 @@ use glimpse_core::driver::{Config, Host};
 use glimpse_core::error::Error;
 use glimpse_core::fit::AnyModel;
 use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
-use glimpse_core::gonio::{Footprint, Machine as Reach};
+use glimpse_core::gonio::{Footprint, Machine as Reach, Reading};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Residual, Scan};
 use glimpse_core::store::{Layout, Store};
 use glimpse_scanner::{ColorSensor, Command, Event, Operator, White, run};
 
-use crate::optics::{Brdf, Light, Registers, SensorFault};
+use crate::optics::{Light, Registers, SensorFault};
 use crate::{Computer, Flash, Line, Machine, SECTOR_BYTES, take_clock};
 
 /// The place of the store: two areas of sixteen sectors.
@@ -59,6 +59,8 @@ pub struct Desk {
     pub commands: RefCell<VecDeque<(usize, Command)>>,
     /// Number of times that the operator goes on after a failure or a question.
     pub patience: Cell<usize>,
+    /// An axis that misses steps after this number of readings: readings, axis, steps.
+    pub stalls: Cell<Option<(usize, usize, u32)>>,
     /// Number of readings until now.
     pub readings: Cell<usize>,
     /// The true angles at each of them.
@@ -79,16 +81,22 @@ impl Desk {
     /// Creates a desk whose firmware is calibrated and has checked its directions. The arms stand anywhere.
     pub fn new(recipe: &'static [u8]) -> Self {
         let desk = Self::uncalibrated(recipe);
-        let light = &desk.light;
-        let counts = [light.dark.get(), light.white.get()].map(|counts| [counts; 3]);
+        desk.save_white();
         let settings = desk.machine.unproven().settings_checksum();
-        {
-            let mut flash = desk.flash.borrow_mut();
-            let mut store = Store::mount(&mut *flash, LAYOUT, &desk.parsed()).unwrap();
-            store.save_white(counts[0], counts[1]).unwrap();
-            store.save_proven(settings).unwrap();
-        }
+        desk.with_store(|store| store.save_proven(settings)).unwrap();
         desk
+    }
+
+    /// Saves a calibration with the present light.
+    pub fn save_white(&self) {
+        let [dark, white] = [&self.light.dark, &self.light.white].map(|counts| [counts.get(); 3]);
+        self.with_store(|store| store.save_white(dark, white)).unwrap();
+    }
+
+    /// Calls the store while the firmware does not run.
+    pub fn with_store<T>(&self, call: impl FnOnce(&mut Store<&mut Flash>) -> T) -> T {
+        let mut flash = self.flash.borrow_mut();
+        call(&mut Store::mount(&mut *flash, LAYOUT, &self.parsed()).unwrap())
     }
 
     /// Creates a desk with a new firmware, whose flash is erased.
@@ -105,6 +113,7 @@ impl Desk {
             configure: Cell::new(|_| ()),
             commands: RefCell::default(),
             patience: Cell::new(2),
+            stalls: Cell::new(None),
             readings: Cell::new(0),
             read_at: RefCell::default(),
             results: RefCell::default(),
@@ -173,34 +182,48 @@ impl Desk {
         !self.failures.borrow().is_empty() && self.patience.get() == 0
     }
 
-    /// Fits the readings in the flash again, and returns the mean relative error of the BRDF at 512 directions, with light
-    /// at the normal and at 50 degrees.
-    pub fn error(&self, truth: Brdf) -> f32 {
+    /// Returns the mean relative difference between two BRDFs at 512 directions, with light at the normal and at 50 degrees:
+    /// those of fits to the saved readings, and to exact readings of the material.
+    pub fn error(&self) -> f32 {
         let recipe = self.parsed();
-        let mut memory = vec![0.0; recipe.memory_words()];
-        let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
-        let mut flash = self.flash.borrow().clone();
-        let mut store = Store::mount(&mut flash, LAYOUT, &recipe).unwrap();
-        store.restore(&mut scan).unwrap();
-        let mut fit = scan.fit().unwrap();
-        while !fit.advance(u32::MAX).is_complete() {}
-        _ = fit.finish();
-        let fitted = scan.fitted().unwrap();
-        let (mut sum, mut count) = (0.0, 0.0);
-        for theta_i in [0.0_f32, 50.0] {
-            for (t, p) in (0..16_u8).flat_map(|t| (0..16_u8).map(move |p| (t, p))) {
-                let theta = (f32::from(t) + 0.5) / 16.0 * 80.0_f32.to_radians();
-                let phi = (f32::from(p) + 0.5) / 16.0 * TAU;
-                let at = |theta, phi| Spherical { theta, phi };
-                let (incoming, outgoing) = (at(theta_i.to_radians(), 0.0), at(theta, phi));
-                let at = ArmAngles { incoming, outgoing }.directions();
-                let pairs = truth(&at).into_iter().zip(fitted.brdf(&at).unwrap());
-                sum += pairs.map(|(truth, fitted)| (fitted / truth - 1.0).abs()).sum::<f32>();
-                count += 3.0;
+        let material = self.light.material.borrow();
+        let exact = |scan: &mut Scan<'_, AnyModel>| {
+            for (index, at) in recipe.directions() {
+                scan.record(index, Reading::new(material(&at))).unwrap();
             }
-        }
-        sum / count
+        };
+        let saved = |scan: &mut Scan<'_, AnyModel>| {
+            self.with_store(|store| store.restore(scan)).unwrap();
+        };
+        let (exact, saved) = (fitted(recipe, exact), fitted(recipe, saved));
+        let errors = exact.iter().zip(&saved).map(|(exact, saved)| (saved / exact - 1.0).abs());
+        errors.sum::<f32>() / exact.len() as f32
     }
+}
+
+/// Returns the fitted BRDF at 512 directions.
+fn fitted(recipe: Recipe<'_>, record: impl FnOnce(&mut Scan<'_, AnyModel>)) -> Vec<f32> {
+    let mut memory = vec![0.0; recipe.memory_words()];
+    let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
+    record(&mut scan);
+    if scan.next_pending().is_some() {
+        scan.finish_early().unwrap();
+    }
+    let mut fit = scan.fit().unwrap();
+    while !fit.advance(u32::MAX).is_complete() {}
+    _ = fit.finish();
+    let fitted = scan.fitted().unwrap();
+    let mut brdf = Vec::new();
+    for theta_i in [0.0_f32, 50.0] {
+        for (t, p) in (0..16_u8).flat_map(|t| (0..16_u8).map(move |p| (t, p))) {
+            let theta = (f32::from(t) + 0.5) / 16.0 * 80.0_f32.to_radians();
+            let phi = (f32::from(p) + 0.5) / 16.0 * TAU;
+            let at = |theta, phi| Spherical { theta, phi };
+            let (incoming, outgoing) = (at(theta_i.to_radians(), 0.0), at(theta, phi));
+            brdf.extend(fitted.brdf(&ArmAngles { incoming, outgoing }.directions()).unwrap());
+        }
+    }
+    brdf
 }
 
 impl Operator for &Desk {

@@ -1,7 +1,8 @@
 //! Simulated materials, light and color sensor.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::f32::consts::{FRAC_1_PI, PI};
+use std::rc::Rc;
 
 use embassy_time::Instant;
 use embedded_hal_async::i2c::{self, I2c, Operation};
@@ -10,7 +11,7 @@ use glimpse_core::geometry::Directions;
 use crate::{Arm, Desk, Random};
 
 /// A material's BRDF in linear RGB, sr^-1, not times the cosine.
-pub type Brdf = fn(&Directions<f32>) -> [f32; 3];
+pub type Brdf = Rc<dyn Fn(&Directions<f32>) -> [f32; 3]>;
 
 /// Returns a GGX highlight of roughness `alpha` and reflectance `f0` on a Lambertian base.
 pub fn ggx(at: &Directions<f32>, diffuse: [f32; 3], f0: [f32; 3], alpha: f32) -> [f32; 3] {
@@ -48,10 +49,9 @@ pub fn tile(_: &Directions<f32>) -> [f32; 3] {
 }
 
 /// Lamp, room and sensor. The lamp lights all that the sensor sees. Counts are those of the nominal exposure.
-#[derive(Debug)]
 pub struct Light {
     /// The material.
-    pub material: Cell<Brdf>,
+    pub material: RefCell<Brdf>,
     /// Brightness of the lamp, and its change per second.
     pub lamp: Cell<(f32, f32)>,
     /// True if the firmware cannot switch the lamp.
@@ -72,13 +72,13 @@ pub struct Light {
 impl Default for Light {
     fn default() -> Self {
         Self {
-            material: Cell::new(plastic),
+            material: RefCell::new(Rc::new(plastic)),
             lamp: Cell::new((1.0, 0.0)),
             is_always_on: Cell::new(false),
             pin: Arm::default(),
             room: Cell::new((0.0, 0.0)),
             dark: Cell::new(100.0),
-            white: Cell::new(20_000.0),
+            white: Cell::new(4_000.0),
             noise: Cell::new(0.002),
             random: Cell::new(Random(1)),
         }
@@ -86,6 +86,11 @@ impl Default for Light {
 }
 
 impl Light {
+    /// Puts a material on the sample's place.
+    pub fn put(&self, material: impl Fn(&Directions<f32>) -> [f32; 3] + 'static) {
+        *self.material.borrow_mut() = Rc::new(material);
+    }
+
     /// A nearly normal number of standard deviation 1.
     fn normal(&self) -> f32 {
         let mut random = self.random.get();
@@ -101,7 +106,7 @@ impl Light {
         let is_lit = self.pin.level() || self.is_always_on.get();
         let lamp = if is_lit { now(self.lamp.get()) } else { 0.0 };
         let span = self.white.get() - self.dark.get();
-        self.material.get()(at).map(|brdf| {
+        (self.material.borrow())(at).map(|brdf| {
             let signal = span * brdf * PI / 0.99 * at.incoming[2].max(0.0) * lamp;
             let noise = self.noise.get() * self.normal();
             self.dark.get() + now(self.room.get()) + signal * (1.0 + noise)
@@ -175,6 +180,9 @@ impl I2c for &Desk {
                         self.sensor.set(SensorFault::None);
                     }
                     self.readings.set(number);
+                    if let Some((_, axis, steps)) = self.stalls.get().filter(|(after, ..)| *after == number) {
+                        self.machine.arms[axis].stalled.set(steps);
+                    }
                     self.read_at.borrow_mut().push(self.machine.angles());
                     bytes[0] = u8::from(registers.enable == 3);
                     let cycles = f32::from(registers.time.wrapping_neg());
