@@ -263,11 +263,11 @@ fn faults_stop_arms_until_homed() {
             let before = faulty.position.get();
             faulty.wiring.set(fault);
             for _ in 0..if is_first { 6 } else { 0 } {
-                _ = poll_for(&mut arms, random.below(90_000));
+                _ = poll_for(&mut arms, random.below(60_000));
                 arms.stop();
                 arms.home().unwrap();
             }
-            let found = settle(&mut arms, 10, || ()).unwrap_err();
+            let found = settle(&mut arms, 100, || ()).unwrap_err();
             assert_eq!(
                 (found.details[0] as usize, found.code),
                 (arm, code),
