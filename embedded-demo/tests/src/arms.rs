@@ -243,7 +243,7 @@ pub fn settle(arms: &mut Arms, round: u32, mut watch: impl FnMut()) -> Result<Pr
 /// Moves the arms, and polls until they rest.
 pub fn go_to(arms: &mut Arms, angles: AxisAngles) {
     arms.go_to(angles).unwrap();
-    assert_eq!(settle(arms, 10, || ()), Ok(Progress::Arrived));
+    assert_eq!(settle(arms, 40, || ()), Ok(Progress::Arrived));
     assert_eq!(arms.poll(10), Ok(Progress::Resting));
 }
 
@@ -253,5 +253,5 @@ pub fn go_to(arms: &mut Arms, angles: AxisAngles) {
 /// As [`Goniometer::home`] and [`Goniometer::poll`].
 pub fn home(arms: &mut Arms) -> Result<Progress, Error> {
     arms.home()?;
-    settle(arms, 10, || ())
+    settle(arms, 40, || ())
 }

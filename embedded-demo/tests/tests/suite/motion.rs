@@ -133,6 +133,9 @@ fn invalid_settings_are_refused() {
         }
     }
     let [lamp, azimuth, sensor, _] = AXES;
+    let (mut checked, mut fixed) = (lamp, azimuth);
+    checked.far = Some(1.55);
+    (fixed.home, fixed.min_angle, fixed.max_angle) = (-0.35, -0.3, 0.3);
     let machines = invalid
         .into_iter()
         .map(|axis| [lamp, axis, sensor, azimuth]);
@@ -142,6 +145,12 @@ fn invalid_settings_are_refused() {
         (AXES, -0.1, Code::Limits, [0; 2]),
         (AXES, 4.0, Code::Limits, [0; 2]),
         (AXES, 1.5, Code::HomeTooClose, [0; 2]),
+        (
+            [checked, fixed, sensor, fixed],
+            0.1,
+            Code::NoSafeRoute,
+            [0; 2],
+        ),
         (
             [sensor, azimuth, lamp, azimuth],
             0.1,
@@ -263,11 +272,11 @@ fn faults_stop_arms_until_homed() {
             let before = faulty.position.get();
             faulty.wiring.set(fault);
             for _ in 0..if is_first { 6 } else { 0 } {
-                _ = poll_for(&mut arms, random.below(90_000));
+                _ = poll_for(&mut arms, random.below(60_000));
                 arms.stop();
                 arms.home().unwrap();
             }
-            let found = settle(&mut arms, 10, || ()).unwrap_err();
+            let found = settle(&mut arms, 100, || ()).unwrap_err();
             assert_eq!(
                 (found.details[0] as usize, found.code),
                 (arm, code),
@@ -332,8 +341,8 @@ fn far_switches_check_scales() {
     let angles = [1.55, PI + 0.05, -0.05, PI + 0.05];
     for (scale, degrees, is_valid) in [
         (1.0, 0.0_f32, true),
-        (1.0, 0.8, true),
-        (1.0, -0.8, true),
+        (1.0, 0.95, true),
+        (1.0, -0.95, true),
         (1.0, 2.0, false),
         (1.0, -2.0, false),
         (0.5, 0.0, false),
@@ -364,6 +373,7 @@ fn far_switches_check_scales() {
                     found == Ok(Homed(Unknown)) && closest > 0.09,
                     "{found:?} {closest}"
                 );
+                assert_eq!(machine.positions(), [0; 4]);
                 go_to(&mut arms, TARGET);
                 assert_eq!(home(&mut arms), Ok(Homed(Passed)));
             } else {
