@@ -360,7 +360,7 @@ error_codes! {
     MissingAxis = 116, "the directions need an axis that the machine lacks, because its speed is 0: choose a direction within reach";
 
     TileTooFew = 120, "the tile has fewer than three readings: take more";
-    TileReading = 121, "a reading of the tile is not positive and finite, or its directions are not unit vectors above the horizon: read it again",
+    TileReading = 121, "a reading of the tile is not positive and finite, or its directions are not unit vectors above the horizon: read it again, and check the angles of the arms",
         Number "reading";
     TileSpread = 122, "the tile's readings scatter about every known quantity: average more of them, and check for stray light",
         Number "per cent";
@@ -373,7 +373,7 @@ error_codes! {
         Axis "axis", Signed "steps";
     SwitchOpened = 130, "the home switch opened away from home: check its contact, and the axis for lost steps",
         Axis "axis", Signed "steps from home";
-    SwitchStuck = 131, "the home switch stays open while the axis leaves it: check its wiring (normally closed) and the motor's supply",
+    SwitchStuck = 131, "the home switch stays open while the axis leaves it: check its wiring (normally closed), the motor's supply, and `reversed`",
         Axis "axis";
     SwitchNotFound = 132, "the home switch did not open within the travel: check the motor's supply and the switch; then reset the device",
         Axis "axis";

@@ -5,6 +5,7 @@ use core::future::{Future, pending};
 use core::pin::pin;
 
 use embassy_futures::select::{Either, Either3, select, select3};
+use embassy_futures::yield_now;
 use embassy_time::{Duration, Timer, with_timeout};
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_io_async::{Read, Write};
@@ -21,6 +22,8 @@ use crate::optics::{Counts, Sensor};
 
 /// The longest time to pass bytes to the line. A USB port that nobody reads takes none; they are sent again later.
 const SEND_TIMEOUT: Duration = Duration::from_millis(100);
+/// The same after a write that nobody has read.
+const RETRY_TIMEOUT: Duration = Duration::from_millis(1);
 /// The most bytes of a write. A host takes USB packets of 64 bytes only together with the next one.
 const MAX_WRITE: usize = 63;
 /// The pause after an error of the line.
@@ -35,6 +38,8 @@ pub(crate) struct Device<'s, S, D, H, R, F, O, I, T> {
     operator: &'s mut O,
     receiver: I,
     sender: T,
+    /// True if the line takes bytes.
+    is_read: bool,
     /// A command that came while bytes were sent.
     command: Option<Command>,
     /// The arms' target, if they are there.
@@ -73,6 +78,7 @@ where
             operator,
             receiver,
             sender,
+            is_read: true,
             command: None,
             at: None,
             readings: 0,
@@ -100,7 +106,8 @@ where
     pub(crate) async fn send(&mut self, mut bytes: &[u8]) {
         while !bytes.is_empty() {
             let part = bytes.get(..MAX_WRITE).unwrap_or(bytes);
-            let write = with_timeout(SEND_TIMEOUT, self.sender.write(part));
+            let timeout = if self.is_read { SEND_TIMEOUT } else { RETRY_TIMEOUT };
+            let write = with_timeout(timeout, self.sender.write(part));
             let listen = async {
                 match self.command {
                     Some(_) => pending().await,
@@ -113,8 +120,12 @@ where
                     continue;
                 }
                 Either::Second(Ok(Ok(count))) if count > 0 => count,
-                Either::Second(_) => return,
+                Either::Second(result) => {
+                    self.is_read = result.is_ok();
+                    return;
+                }
             };
+            self.is_read = true;
             bytes = bytes.get(count..).unwrap_or_default();
         }
     }
@@ -144,7 +155,10 @@ where
         .await
         {
             Either3::First(command) => return Some(command),
-            Either3::Second(Ok(count @ 1..)) => buffer.iter().take(count).for_each(receive),
+            Either3::Second(Ok(count @ 1..)) => {
+                buffer.iter().take(count).for_each(receive);
+                yield_now().await; // a line may always have bytes
+            }
             Either3::Second(_) => {
                 let pause = select(self.operator.command(), Timer::after(LINE_PAUSE));
                 if let Either::First(command) = pause.await {

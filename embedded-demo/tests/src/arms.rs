@@ -212,9 +212,9 @@ impl Machine {
     pub fn angles(&self) -> AxisAngles {
         array::from_fn(|number| {
             let (settings, position) = (self.settings[number], self.positions()[number]);
-            let sign = if number == 2 { -1.0 } else { 1.0 };
-            let per_radian = settings.steps_per_radian * self.gears.get()[number];
-            settings.home + sign * position as f32 / per_radian
+            let steps = if number == 2 { -position } else { position };
+            let counted = steps as f32 / self.gears.get()[number];
+            settings.angle(settings.steps(settings.home) + counted as i32)
         })
     }
 }

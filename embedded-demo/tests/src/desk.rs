@@ -82,9 +82,14 @@ impl Desk {
     pub fn new(recipe: &'static [u8]) -> Self {
         let desk = Self::uncalibrated(recipe);
         desk.save_white();
-        let settings = desk.machine.unproven().settings_checksum();
-        desk.with_store(|store| store.save_proven(settings)).unwrap();
+        desk.save_proven();
         desk
+    }
+
+    /// Saves that the directions of the present settings are right.
+    pub fn save_proven(&self) {
+        let settings = self.machine.unproven().settings_checksum();
+        self.with_store(|store| store.save_proven(settings)).unwrap();
     }
 
     /// Saves a calibration with the present light.

@@ -32,12 +32,14 @@ fn samples(desk: &Desk) -> usize {
 fn stops_cost_no_readings() {
     let desk = Desk::new(N16);
     desk.sensor.set(SensorFault::NackAt(12));
+    desk.patience.set(9);
     desk.scan();
     assert_eq!(samples(&desk), 16);
     assert_eq!(desk.failures.borrow()[0].code, ErrorCode::Sensor);
     drop(desk);
 
     let desk = Desk::new(N16);
+    desk.patience.set(9);
     let is_stopped = Cell::new(false);
     desk.run(Host::Listens, || {
         let is_home = desk.texts.borrow().iter().filter(|text| *text == "homing").count() == 2;
@@ -64,7 +66,7 @@ fn restarts_cost_no_readings() {
             now - since > 100 && samples(&desk) == count
         });
         desk.scan();
-        assert_eq!(samples(&desk), 16, "{count}");
+        assert_eq!(samples(&desk), 16, "{count} {:?}", desk.texts.borrow());
         assert!(desk.failures.borrow().is_empty());
         let restored = desk.results.borrow()[0].0.evidence.restored;
         assert_eq!(usize::from(restored), count);
@@ -105,10 +107,10 @@ fn host_receives_words_and_numbers() {
 
     let desk = Desk::new(N8);
     desk.line.set(Line::Host);
-    desk.stalls.set(Some((3, 2, 128)));
+    desk.stalls.set(Some((4, 3, 64)));
     desk.run(Host::Listens, || !desk.host.borrow().failures.is_empty());
     let shown = desk.failures.borrow()[0];
-    assert_eq!((shown.code, shown.details[0]), (ErrorCode::LostSteps, 2));
+    assert_eq!((shown.code, shown.details[0]), (ErrorCode::LostSteps, 3));
     assert_eq!(desk.host.borrow().failures[0], shown.to_string());
 }
 
@@ -161,7 +163,7 @@ fn calibration_is_guided() {
         (|desk| desk.light.lamp.set((0.0, 0.0)), Some(ErrorCode::WhiteNotBrighter)),
         (|desk| desk.light.white.set(70_000.0), None),
         (|desk| desk.light.white.set(300_000.0), Some(ErrorCode::WhiteSaturated)),
-        (|desk| desk.machine.gears.set([0.5, 1.0, 1.0, 1.0]), Some(ErrorCode::TileSpread)),
+        (|desk| desk.machine.gears.set([0.5, 1.0, 1.0, 1.0]), Some(ErrorCode::TileReading)),
     ];
     for (prepare, expected) in cases {
         let desk = Desk::uncalibrated(N8);
