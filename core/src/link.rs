@@ -43,11 +43,9 @@
 mod conversation;
 mod frame;
 mod limits;
-mod list;
 mod message;
 
 pub use conversation::{Client, Received, Server};
 pub use frame::{FRAME_BYTES, FrameReader, encode};
-pub use limits::{BYTES_PER_FRAME, VALUES_PER_FRAME};
-pub use list::{List, RecipeBytes, Values};
+pub use limits::{BYTES_PER_FRAME, RecipeBytes, VALUES_PER_FRAME, Values};
 pub use message::{PROTOCOL, Reply, Request};

@@ -10,7 +10,7 @@ use std::path::Path;
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use glimpse_core::gonio::Reading;
-use glimpse_core::link::{FRAME_BYTES, PROTOCOL, RecipeBytes, Reply, Request, Server};
+use glimpse_core::link::{BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Reply, Request, Server};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
@@ -326,7 +326,7 @@ impl<'a> VirtualScanner<'a> {
                     values,
                 },
                 Some(scan),
-            ) => scan.receive(offset, total, values.as_slice()),
+            ) => scan.receive(offset, total, &values),
             (Request::Finished(residual), Some(scan)) => {
                 if scan.is_complete() {
                     let report = ScanReport {
@@ -363,7 +363,7 @@ impl<'a> VirtualScanner<'a> {
     /// Returns a part of the offered recipe, from `offset` on.
     fn recipe_part(&self, offset: u32) -> Reply {
         let rest = self.recipe.iter().flatten().skip(offset as usize);
-        let bytes = RecipeBytes::take_from(rest.copied());
+        let bytes = rest.copied().take(BYTES_PER_FRAME).collect();
         Reply::RecipePart { offset, bytes }
     }
 

@@ -66,7 +66,7 @@ impl<K: ScanModel> Driver<'_, K> {
                 self.finish_early().unwrap_or_else(|error| self.fail(error));
             }
             (Request::Values { offset, values, .. }, _) => {
-                let count = values.as_slice().len() as u16;
+                let count = values.len() as u16;
                 self.values_sent = offset.saturating_add(count);
             }
             (Request::Finished(_), _) => {

@@ -5,7 +5,7 @@ use super::{Action, Driver, Host};
 use crate::error::Error;
 use crate::fit::ScanModel;
 use crate::gonio::Reading;
-use crate::link::{PROTOCOL, Request, VALUES_PER_FRAME, Values};
+use crate::link::{PROTOCOL, Request, Values};
 use crate::model::ModelKind;
 use crate::scan::Fitted;
 
@@ -203,24 +203,20 @@ impl<K: ScanModel> Driver<'_, K> {
 
 /// Returns a request with the values from `offset` on, or with the residual after the last value.
 fn values_request<K: ScanModel>(fitted: &Fitted<'_, K>, offset: u16) -> Request {
-    let mut buffer = [0.0; VALUES_PER_FRAME];
-    let mut count = 0;
+    let mut values = Values::new();
     let mut total = 0_u16;
     for value in fitted.values() {
-        if total >= offset
-            && let Some(place) = buffer.get_mut(count)
-        {
-            *place = value;
-            count = count.saturating_add(1);
+        if total >= offset {
+            let _ = values.push(value); // the next frame has values that do not fit
         }
         total = total.saturating_add(1);
     }
-    if count == 0 {
+    if values.is_empty() {
         return Request::Finished(fitted.residual());
     }
     Request::Values {
         offset,
         total,
-        values: Values::take_from(buffer.into_iter().take(count)),
+        values,
     }
 }

@@ -5,7 +5,7 @@ use glimpse_core::error::ErrorCode;
 use glimpse_core::fit::ScanModel;
 use glimpse_core::gonio::Reading;
 use glimpse_core::link::{
-    BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Received, RecipeBytes, Reply, Request, Server,
+    BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Received, Reply, Request, Server,
 };
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
@@ -252,7 +252,7 @@ pub(crate) fn fitted_bits<K: ScanModel>(driver: &Driver<'_, K>) -> Vec<u32> {
 /// A reply with the part of a recipe from `offset` on.
 pub(crate) fn recipe_part(recipe: &[u8], offset: u32) -> Reply {
     let bytes = recipe.iter().skip(offset as usize).take(BYTES_PER_FRAME);
-    let bytes = RecipeBytes::take_from(bytes.copied());
+    let bytes = bytes.copied().collect();
     Reply::RecipePart { offset, bytes }
 }
 

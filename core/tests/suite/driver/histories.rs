@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::{Limits, Machine, Reading};
-use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, RecipeBytes, Reply, Request, Server};
+use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, Reply, Request, Server};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Saved, Scan};
@@ -145,7 +145,7 @@ impl Computer {
                 let part = recipe.iter().skip(*offset as usize).copied();
                 Reply::RecipePart {
                     offset: *offset,
-                    bytes: RecipeBytes::take_from(part.take(60)),
+                    bytes: part.take(60).collect(),
                 }
             }
             Request::Finished(_) => {
