@@ -345,7 +345,7 @@ error_codes! {
         Number "first sample", Number "samples";
     RefusedRequest = 106, "the host refused because it does not support this request: update the host";
     Storage = 108, "the flash could not be read, written or erased: check the layout's offset";
-    FrameTooLong = 109, "the frame, or a list in it, is too long: use a buffer of `FRAME_BYTES`, and shorter lists";
+    FrameTooLong = 109, "the frame is too long: use a buffer of `FRAME_BYTES`";
     FrameDamaged = 110, "the frame was cut or altered in transit: ignore it, because the device sends it again";
     FrameUnknown = 111, "the frame holds an unknown message: compare the protocol versions";
 

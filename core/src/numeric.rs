@@ -3,13 +3,11 @@
 //! It is public because the trainer uses the same code as the firmware. It is **not part of this crate's stable API**,
 //! and may change in any version. Firmware does not need it.
 
-mod block;
 mod floats;
 pub mod math;
 mod rows;
 mod scalar;
 
-pub use block::Block;
 pub use floats::Floats;
 pub use rows::{ComponentRows, Matrix, PackedRows, Rows};
 pub use scalar::{Real, Scalar, Stored, TERMS, Trigonometry, Value};

@@ -443,7 +443,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_STORAGE = 108,
     /**
-     * the frame, or a list in it, is too long: use a buffer of `FRAME_BYTES`, and shorter lists
+     * the frame is too long: use a buffer of `FRAME_BYTES`
      */
     GLIMPSE_STATUS_FRAME_TOO_LONG = 109,
     /**

@@ -130,7 +130,9 @@ impl ScanModel for AnyModel {
 fn add_gradients<M: Model>(parameters: &[f32], samples: Samples<'_>, gradient: &mut [f32]) {
     let views = M::Parameters::view(parameters).zip(M::Parameters::view_mut(gradient));
     if let Some((parameters, gradient)) = views {
-        M::accumulate_gradients(parameters, samples, gradient);
+        for sample in samples.iter() {
+            M::accumulate_gradient::<f32, false>(parameters, &sample, gradient);
+        }
     }
 }
 

@@ -98,6 +98,7 @@ impl HalfDifference<f32> {
     /// If both directions turn about the normal, the result changes only by rounding. For this, phi_d is 0 if the half
     /// vector is the normal within 3e-4 rad and both directions are above the horizon. There, rounding would determine
     /// phi_d, and an isotropic BRDF does not depend on it. ([`from_angles`](Self::from_angles) keeps any phi_d.)
+    #[inline]
     #[must_use]
     pub fn from_directions(directions: &Directions<f32>) -> Option<Self> {
         let [ix, iy, iz] = normalize(directions.incoming)?;

@@ -20,7 +20,7 @@ const CONTENT_BYTES: usize = MESSAGE_BYTES + CHECKSUM_BYTES;
 pub const FRAME_BYTES: usize = 1 + max_encoding_length(CONTENT_BYTES) + 1;
 
 /// The error of a frame that is too long.
-pub(super) const TOO_LONG: Error = Error::new(ErrorCode::FrameTooLong);
+const TOO_LONG: Error = Error::new(ErrorCode::FrameTooLong);
 const DAMAGED: Error = Error::new(ErrorCode::FrameDamaged);
 
 /// Writes the frame of a message into `buffer` and returns the bytes used.

@@ -88,8 +88,8 @@ impl<S: Scalar> Terms<S> {
         let one = S::constant(1.0);
         let epsilon = S::constant(EPSILON);
         let [kd_r, kd_g, kd_b, ks_r, ks_g, ks_b, roughness, reflectance] = *parameters;
-        let roughness = S::broadcast_sigmoid(roughness);
-        let reflectance = S::broadcast_sigmoid(reflectance);
+        let roughness = S::broadcast(roughness).sigmoid();
+        let reflectance = S::broadcast(reflectance).sigmoid();
         let incoming = at.cos_theta_i().relu();
         let outgoing = at.cos_theta_o().relu();
         let smaller_cosine = (outgoing - incoming).if_positive(incoming, outgoing);

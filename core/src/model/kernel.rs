@@ -4,7 +4,7 @@ use core::slice;
 
 use super::kind::ModelKind;
 use super::loss::{LogError, Loss, cosine_weighted_log_error};
-use super::samples::{Sample, Samples};
+use super::samples::Sample;
 use crate::geometry::HalfDifference;
 use crate::numeric::{Scalar, Value};
 
@@ -200,10 +200,6 @@ impl Active {
     }
 }
 
-/// Number of samples that are computed together. Four would take a fifth fewer instructions, but 1.8 kB more flash for
-/// each model.
-const BLOCK: usize = 2;
-
 /// A reflectance model: f_r(x; theta), differentiable in theta and x.
 pub trait Model: Sync {
     /// The model's kind.
@@ -271,22 +267,6 @@ pub trait Model: Sync {
         }
     }
 
-    /// Adds the gradients of all `samples` with respect to the parameters to `gradient`. Descent calls this.
-    ///
-    /// The default takes blocks of samples. A model overrides it if single samples are faster.
-    #[inline(always)]
-    fn accumulate_gradients(
-        parameters: &Self::Parameters<f32>,
-        samples: Samples<'_>,
-        gradient: &mut Self::Parameters<f32>,
-    ) {
-        let mut samples = samples;
-        while !samples.is_empty() {
-            let block = samples.take(BLOCK).gather::<BLOCK>();
-            Self::accumulate_gradient::<_, false>(parameters, &block, gradient);
-        }
-    }
-
     /// Returns the [unclamped](Self::unclamped_brdf) BRDF, and writes the derivatives of each channel with respect to its [active](Self::ACTIVE)
     /// parameters to `rows`.
     #[inline(always)]
@@ -312,10 +292,5 @@ pub trait Model: Sync {
 /// The sigmoid of each channel's logit.
 #[inline(always)]
 pub(super) fn sigmoids<S: Scalar>(logits: &[S::Parameter; 3]) -> [S; 3] {
-    let [red, green, blue] = *logits;
-    [
-        S::broadcast_sigmoid(red),
-        S::broadcast_sigmoid(green),
-        S::broadcast_sigmoid(blue),
-    ]
+    logits.map(|logit| S::broadcast(logit).sigmoid())
 }

@@ -1,7 +1,7 @@
 //! The neural model.
 
-use super::kernel::{Active, SampleLoss};
-use super::{Model, ModelKind, Objective, Samples};
+use super::kernel::Active;
+use super::{Model, ModelKind, Objective};
 use crate::geometry::HalfDifference;
 use crate::numeric::{Scalar, Value};
 
@@ -334,30 +334,6 @@ impl Model for Neural {
             gradient::<S, F, HIDDEN, 1, SAMPLE>(&layers, at, objective, hidden, by_layers)
         } else {
             gradient::<S, F, TILE, TILE, SAMPLE>(&layers, at, objective, hidden, by_layers)
-        }
-    }
-
-    /// Takes samples one by one: half of the units are inactive in a sample, but few are in all samples of a block.
-    #[inline(always)]
-    fn accumulate_gradients(
-        parameters: &NeuralParameters<f32>,
-        samples: Samples<'_>,
-        by_parameters: &mut NeuralParameters<f32>,
-    ) {
-        let layers = Layers::of(parameters).zip(LayersMut::of(by_parameters));
-        let Some((layers, mut by_layers)) = layers else {
-            return;
-        };
-        let mut hidden = Hidden::zero(); // created once, because clearing takes time
-        for sample in samples.iter() {
-            let mut objective = SampleLoss::new(&sample);
-            gradient::<f32, _, HIDDEN, 1, false>(
-                &layers,
-                &sample.at,
-                &mut objective,
-                &mut hidden,
-                &mut by_layers,
-            );
         }
     }
 

@@ -1,7 +1,6 @@
 //! Samples of a scan in memory.
 
 use crate::geometry::HalfDifference;
-use crate::numeric::Block;
 
 /// One measured sample of a BRDF.
 #[derive(Clone, Copy, Debug)]
@@ -86,61 +85,17 @@ impl<'a> Samples<'a> {
         let weight = self.weight;
         self.slots.iter().map(move |slot| unpack(slot, weight))
     }
-
-    /// Gathers up to `N` samples into a block. Missing samples repeat the last one with weight 0.
-    #[inline(always)]
-    #[must_use]
-    pub fn gather<const N: usize>(&self) -> Sample<Block<N>> {
-        let mut words = [[0.0; N]; SLOT_WORDS];
-        for lane in 0..N {
-            let slot = self.slots.get(lane).or(self.slots.last());
-            for (word, value) in words.iter_mut().zip(slot.into_iter().flatten()) {
-                if let Some(word) = word.get_mut(lane) {
-                    *word = *value;
-                }
-            }
-        }
-        let mut weight = [0.0; N];
-        for (weight, slot) in weight.iter_mut().zip(self.slots) {
-            *weight = weight_of(slot, self.weight);
-        }
-        let [hx, hz, dx, dy, dz, measured @ .., min, _] = words;
-        let clamp = |mut values: [f32; N]| {
-            for (value, min) in values.iter_mut().zip(min) {
-                *value = clamped(*value, min);
-            }
-            Block(values)
-        };
-        let [hx, hz, dx, dy, dz] = [hx, hz, dx, dy, dz].map(Block);
-        Sample {
-            at: HalfDifference { hx, hz, dx, dy, dz },
-            measured: measured.map(clamp),
-            weight: Block(weight),
-        }
-    }
 }
 
 #[inline(always)]
 pub(crate) fn unpack(slot: &Slot, weight: f32) -> Sample<f32> {
-    let [hx, hz, dx, dy, dz, measured @ .., min, _] = *slot;
+    let [hx, hz, dx, dy, dz, measured @ .., min, flags] = *slot;
     Sample {
         at: HalfDifference { hx, hz, dx, dy, dz },
-        measured: measured.map(|value| clamped(value, min)),
-        weight: weight_of(slot, weight),
-    }
-}
-
-/// Returns the larger of a measured value and the smallest that the fit accepts.
-#[inline(always)]
-fn clamped(value: f32, min: f32) -> f32 {
-    if value < min { min } else { value }
-}
-
-#[inline(always)]
-fn weight_of(slot: &Slot, weight: f32) -> f32 {
-    let [.., flags] = slot;
-    match flags.to_bits() & COUNTED {
-        0 => 0.0,
-        _ => weight,
+        measured: measured.map(|value| if value < min { min } else { value }),
+        weight: match flags.to_bits() & COUNTED {
+            0 => 0.0,
+            _ => weight,
+        },
     }
 }

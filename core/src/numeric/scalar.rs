@@ -142,13 +142,6 @@ pub trait Scalar:
         let one = Self::constant(1.0);
         one / (one + (-self).exp())
     }
-
-    /// The logistic function of a parameter, the same for all samples.
-    #[inline(always)]
-    #[must_use]
-    fn broadcast_sigmoid(parameter: Self::Parameter) -> Self {
-        Self::broadcast(parameter).sigmoid()
-    }
 }
 
 /// A scalar with trigonometric functions.

@@ -115,7 +115,7 @@ fn options_and_actions_have_all_fields() {
     let (bytes, checksum) = (130, 9);
     let install = glimpse_action::from(Action::Install { bytes, checksum });
     assert_eq!((install.offset, install.checksum), (130, 9));
-    let (offset, bytes) = (60, RecipeBytes::take_from([7, 8]));
+    let (offset, bytes) = (60, RecipeBytes::from_iter([7, 8]));
     let store = glimpse_action::from(Action::Store { offset, bytes });
     assert_eq!((store.offset, store.byte_count), (60, 2));
     assert_eq!(store.bytes[..3], [7, 8, 0]);
