@@ -15,6 +15,8 @@ mod log;
 mod profiler;
 mod recipe;
 mod register;
+#[path = "../bench/src/stack.rs"]
+mod stack;
 mod storage;
 mod time;
 mod uart;
@@ -40,6 +42,7 @@ fn main() -> ! {
     // Memory of readings and fit. (`entry` makes it `&'static mut`.)
     static mut MEMORY: [f32; MEMORY_WORDS] = [0.0; MEMORY_WORDS];
 
+    stack::paint();
     let Some(mut core) = Peripherals::take() else {
         reset(); // unreachable: they are taken once
     };

@@ -14,11 +14,7 @@
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
-#[cfg(target_arch = "arm")]
-use cortex_m_rt::entry;
-#[cfg(target_arch = "riscv32")]
-use riscv_rt::entry;
-
+use glimpse_bench::machine::entry;
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::{Linear, ScanModel};
 use glimpse_core::geometry::{ArmAngles, Directions};
