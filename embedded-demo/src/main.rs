@@ -15,8 +15,6 @@ mod log;
 mod profiler;
 mod recipe;
 mod register;
-#[path = "../bench/src/stack.rs"]
-mod stack;
 mod storage;
 mod time;
 mod uart;
@@ -42,7 +40,7 @@ fn main() -> ! {
     // Memory of readings and fit. (`entry` makes it `&'static mut`.)
     static mut MEMORY: [f32; MEMORY_WORDS] = [0.0; MEMORY_WORDS];
 
-    stack::paint();
+    profiler::paint_stack();
     let Some(mut core) = Peripherals::take() else {
         reset(); // unreachable: they are taken once
     };
