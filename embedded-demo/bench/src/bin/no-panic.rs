@@ -1,7 +1,7 @@
 //! A proof: this binary links only if no function that it calls can reach a panic.
 //!
 //! It calls the public functions of `glimpse-core` that neither the C library nor the demo firmware calls. Those two are
-//! linked with the same panic handler: see `tests/capi.sh`, and `prove-no-panic` in `embedded-demo/Cargo.toml`.
+//! linked with the same panic handler: see `capi_firmware` in `tests/firmware.sh`, and `prove-no-panic` in `embedded-demo/Cargo.toml`.
 //!
 //! The panic handler calls an undefined function. All inputs are hidden from the optimizer, so any check that it
 //! removes, such as a bounds check, is unnecessary for every input. (The formatting of errors is not included: it
