@@ -2,124 +2,94 @@
 //!
 //! Interrupts are masked while a line is written, so each line has one writer. In QEMU no time passes meanwhile.
 
-use core::cell::UnsafeCell;
-
 use cortex_m_semihosting::hio::{HostStream, hstdout};
 use critical_section::RestoreState;
 use heapless::Vec;
 
 /// A buffered log line, which takes one semihosting call.
-struct LineBuffer {
-    encoder: defmt::Encoder,
+struct Line {
     bytes: Vec<u8, 128>,
     output: Option<HostStream>,
+}
+
+impl Line {
+    fn append(&mut self, encoded: &[u8]) {
+        for byte in encoded {
+            if self.bytes.is_full() {
+                self.flush();
+            }
+            let _ = self.bytes.push(*byte); // never full here
+        }
+    }
+
+    fn flush(&mut self) {
+        if let Some(output) = &mut self.output {
+            let _ = output.write_all(&self.bytes);
+        }
+        self.bytes.clear();
+    }
+}
+
+struct Logger {
+    encoder: defmt::Encoder,
+    line: Line,
     /// State of the interrupt mask before the line began.
     masked_before: RestoreState,
 }
 
-impl LineBuffer {
-    fn write(&mut self, bytes: &[u8]) {
-        let Self {
-            encoder,
-            bytes: line,
-            output,
-            ..
-        } = self;
-        encoder.write(bytes, |encoded| append(line, output, encoded));
-    }
-
-    fn start(&mut self) {
-        if self.output.is_none() {
-            self.output = hstdout().ok();
-        }
-        let Self {
-            encoder,
-            bytes: line,
-            output,
-            ..
-        } = self;
-        encoder.start_frame(|encoded| append(line, output, encoded));
-    }
-
-    fn end(&mut self) {
-        let Self {
-            encoder,
-            bytes: line,
-            output,
-            ..
-        } = self;
-        encoder.end_frame(|encoded| append(line, output, encoded));
-        flush(line, output);
-    }
-}
-
-fn append(line: &mut Vec<u8, 128>, output: &mut Option<HostStream>, encoded: &[u8]) {
-    for byte in encoded {
-        if line.is_full() {
-            flush(line, output);
-        }
-        let _ = line.push(*byte); // never full here
-    }
-}
-
-fn flush(line: &mut Vec<u8, 128>, output: &mut Option<HostStream>) {
-    if let Some(output) = output {
-        let _ = output.write_all(line);
-    }
-    line.clear();
-}
-
-struct Logger {
-    line: UnsafeCell<LineBuffer>,
-}
-
-// SAFETY: defmt calls acquire, write, release in this order. The only core masks interrupts from acquire to release, so
-// the line has one user at a time.
-unsafe impl Sync for Logger {}
-
-static LOGGER: Logger = Logger {
-    line: UnsafeCell::new(LineBuffer {
-        encoder: defmt::Encoder::new(),
+static mut LOGGER: Logger = Logger {
+    encoder: defmt::Encoder::new(),
+    line: Line {
         bytes: Vec::new(),
         output: None,
-        masked_before: RestoreState::invalid(),
-    }),
+    },
+    masked_before: RestoreState::invalid(),
 };
 
-impl Logger {
-    fn with_line(&self, act: impl FnOnce(&mut LineBuffer)) {
-        // SAFETY: one user at a time, see `Sync`. The reference ends with `act`, which cannot call this function.
-        act(unsafe { &mut *self.line.get() });
-    }
+/// Returns the logger.
+///
+/// # Safety
+/// Interrupts are masked, and no other reference to the logger is used.
+unsafe fn logger() -> &'static mut Logger {
+    let logger = &raw mut LOGGER;
+    // SAFETY: guaranteed by the caller.
+    unsafe { &mut *logger }
 }
 
 #[defmt::global_logger]
 struct Defmt;
 
-// SAFETY: from acquire to release interrupts are masked, so no other code acquires it.
+// SAFETY: defmt calls acquire, write, release in this order. The only core masks interrupts from acquire to release, so
+// the logger has one user at a time.
 unsafe impl defmt::Logger for Defmt {
     fn acquire() {
-        // SAFETY: `release` follows and restores this state.
-        let masked_before = unsafe { critical_section::acquire() };
-        LOGGER.with_line(|line| {
-            line.masked_before = masked_before;
-            line.start();
-        });
+        // SAFETY: `release` follows and restores this state. Until then the logger has one user.
+        let (masked_before, logger) = unsafe { (critical_section::acquire(), logger()) };
+        logger.masked_before = masked_before;
+        if logger.line.output.is_none() {
+            logger.line.output = hstdout().ok();
+        }
+        logger
+            .encoder
+            .start_frame(|bytes| logger.line.append(bytes));
     }
 
     unsafe fn flush() {}
 
     unsafe fn write(bytes: &[u8]) {
-        LOGGER.with_line(|line| line.write(bytes));
+        // SAFETY: between acquire and release the logger has one user.
+        let logger = unsafe { logger() };
+        logger
+            .encoder
+            .write(bytes, |bytes| logger.line.append(bytes));
     }
 
     unsafe fn release() {
-        let mut masked_before = RestoreState::invalid();
-        LOGGER.with_line(|line| {
-            line.end();
-            masked_before = line.masked_before;
-        });
+        // SAFETY: as above.
+        let logger = unsafe { logger() };
+        logger.encoder.end_frame(|bytes| logger.line.append(bytes));
+        logger.line.flush();
         // SAFETY: `acquire` stored this state.
-        unsafe { critical_section::release(masked_before) };
+        unsafe { critical_section::release(logger.masked_before) };
     }
 }

@@ -42,6 +42,7 @@ fn main() -> ! {
     // Memory of readings and fit. (`entry` makes it `&'static mut`.)
     static mut MEMORY: [f32; MEMORY_WORDS] = [0.0; MEMORY_WORDS];
 
+    profiler::paint_stack();
     let Some(mut core) = Peripherals::take() else {
         reset(); // unreachable: they are taken once
     };

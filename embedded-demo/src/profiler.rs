@@ -1,9 +1,11 @@
 //! Cost of a fit: instructions, and the peak depth of the stack.
 
-use cortex_m_rt::STACK_PAINT_VALUE;
+#[path = "../bench/src/stack.rs"]
+mod stack;
 
 use crate::register::TIM5;
 use crate::time;
+pub use stack::paint as paint_stack;
 
 /// Counts the instructions of functions: with `-icount shift=0` each takes a nanosecond, and TIM5 counts them.
 pub struct Profiler {
@@ -35,23 +37,6 @@ impl Profiler {
     pub fn report(&mut self) {
         let ticks = core::mem::take(&mut self.ticks);
         defmt::info!("fit_instructions={=u32}", ticks);
-        defmt::info!("stack_bytes={=usize}", stack_bytes());
+        defmt::info!("stack_bytes={=usize}", stack::peak_bytes());
     }
-}
-
-/// Returns the peak size of the stack since the start, in bytes.
-fn stack_bytes() -> usize {
-    unsafe extern "C" {
-        static _stack_end: u32;
-        static _stack_start: u32;
-    }
-    let end = &raw const _stack_end;
-    let start = &raw const _stack_start;
-    let mut word = end;
-    // SAFETY: the stack lies between these symbols of the linker script, aligned and in RAM. The words below the stack
-    // pointer are paint or old values, never the target of a reference.
-    while word < start && unsafe { word.read_volatile() } == STACK_PAINT_VALUE {
-        word = word.wrapping_add(1);
-    }
-    start.addr() - word.addr()
 }

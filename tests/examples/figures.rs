@@ -4,12 +4,12 @@
 //! `tests/run targets` builds the binaries and prints the same figures as lines `name=value`.
 
 use glimpse_tests::figures::{Extent, demo_figures, figures};
-use glimpse_tests::microcontroller::TARGETS;
+use glimpse_tests::microcontroller::BOARD;
 
 fn main() {
     let mut figures = figures(Extent::All);
     figures.retain(|(name, _)| {
-        let shown = name.starts_with(TARGETS[0].triple) || name.contains(".neural");
+        let shown = name.starts_with(BOARD.triple) || name.contains(".neural");
         // These differ little from those with libm.
         shown && !name.contains("-micromath")
     });

@@ -6,7 +6,7 @@ use glimpse_bench::recipes::{self, completed, large, masked};
 use crate::cycles;
 use crate::emulator::Emulator;
 use crate::host::{noiseless_scanner, unseen_material};
-use crate::microcontroller::{Binary, MathLibrary, TARGETS, Target};
+use crate::microcontroller::{BOARD, Binary, MathLibrary, TARGETS, Target};
 
 /// A measured fit: a binary of `embedded-demo/bench`.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +37,7 @@ impl FitBinary {
     /// Returns true if it is built for this target with this library.
     #[must_use]
     pub fn is_built(&self, extent: Extent, target: Target, library: MathLibrary) -> bool {
-        let is_board = target == TARGETS[0];
+        let is_board = target == BOARD;
         let is_model = ["linear", "phong", "cook-torrance", "neural"].contains(&self.name);
         match (extent, library) {
             (Extent::Board, MathLibrary::Libm) | (Extent::All, MathLibrary::Micromath) => {
@@ -87,10 +87,8 @@ pub fn figures(extent: Extent) -> Vec<(String, u64)> {
             let flash = |name: &str| {
                 Binary::new(target, library, name).section_bytes(&[".text", ".rodata"])
             };
-            for fit in FIT_BINARIES
-                .iter()
-                .filter(|fit| fit.is_built(extent, target, library))
-            {
+            let built = |fit: &&FitBinary| fit.is_built(extent, target, library);
+            for fit in FIT_BINARIES.iter().filter(built) {
                 let binary = Binary::new(target, library, fit.name);
                 let output = binary.run();
                 let suffix = match library {
@@ -109,7 +107,7 @@ pub fn figures(extent: Extent) -> Vec<(String, u64)> {
                         add(name, value);
                     }
                 }
-                if extent == Extent::All && target.has_cycle_table() {
+                if extent == Extent::All && target == BOARD {
                     add(
                         "fit_cycles",
                         cycles::fit_cost(&binary, CALLS_AFTER_FIT).cycles,

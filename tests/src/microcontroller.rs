@@ -19,41 +19,27 @@ const TIMEOUT: Duration = Duration::from_secs(120);
 pub struct Target {
     /// The compiler's target triple.
     pub triple: &'static str,
-    /// The command of its emulator.
-    emulator: &'static [&'static str],
+    /// QEMU's machine.
+    machine: &'static str,
 }
 
 impl Target {
-    /// Returns true if [`cycles`](crate::cycles) knows the cycles of its instructions.
-    #[must_use]
-    pub fn has_cycle_table(&self) -> bool {
-        self.triple == "thumbv7em-none-eabihf"
+    const fn new(triple: &'static str, machine: &'static str) -> Self {
+        Self { triple, machine }
     }
 }
 
 /// All targets: Cortex-M4F, Cortex-M33, Cortex-M4 without its floating-point unit, Cortex-M0, and RISC-V.
 pub const TARGETS: [Target; 5] = [
-    Target {
-        triple: "thumbv7em-none-eabihf",
-        emulator: &["qemu-system-arm", "-machine", "netduinoplus2"],
-    },
-    Target {
-        triple: "thumbv8m.main-none-eabihf",
-        emulator: &["qemu-system-arm", "-machine", "mps2-an505"],
-    },
-    Target {
-        triple: "thumbv7em-none-eabi",
-        emulator: &["qemu-system-arm", "-machine", "netduinoplus2"],
-    },
-    Target {
-        triple: "thumbv6m-none-eabi",
-        emulator: &["qemu-system-arm", "-machine", "microbit"],
-    },
-    Target {
-        triple: "riscv32imc-unknown-none-elf",
-        emulator: &["qemu-system-riscv32", "-machine", "virt", "-bios", "none"],
-    },
+    BOARD,
+    Target::new("thumbv8m.main-none-eabihf", "mps2-an505"),
+    Target::new("thumbv7em-none-eabi", "netduinoplus2"),
+    Target::new("thumbv6m-none-eabi", "microbit"),
+    Target::new("riscv32imc-unknown-none-elf", "virt"),
 ];
+
+/// The board's target, whose cycles [`cycles`](crate::cycles) knows.
+pub const BOARD: Target = Target::new("thumbv7em-none-eabihf", "netduinoplus2");
 
 /// The library of elementary functions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,7 +114,7 @@ impl Binary {
     /// The demo firmware.
     #[must_use]
     pub fn demo() -> Self {
-        Self::new(TARGETS[0], MathLibrary::Libm, "glimpse-embedded-demo")
+        Self::new(BOARD, MathLibrary::Libm, "glimpse-embedded-demo")
     }
 
     /// The binary of this name, as built by `tests/run firmware`.
@@ -187,10 +173,12 @@ impl Binary {
             "{} does not exist: build it with `tests/run firmware`",
             self.path.display()
         );
-        let (program, machine) = self.target.emulator.split_first().expect("a program");
-        let mut command = Command::new(program);
+        let mut command = Command::new(match self.target.machine {
+            "virt" => "qemu-system-riscv32",
+            _ => "qemu-system-arm",
+        });
         command
-            .args(machine)
+            .args(["-machine", self.target.machine, "-bios", "none"])
             .args(["-display", "none", "-monitor", "none"])
             .args(["-semihosting-config", "enable=on,target=native"])
             .arg("-kernel")

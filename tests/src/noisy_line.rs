@@ -34,7 +34,7 @@ impl<S> NoisyLine<S> {
     }
 
     fn corrupt(&mut self, bytes: &[u8]) -> Vec<u8> {
-        let corrupted = self.random.corrupt(bytes.to_vec(), self.odds);
+        let corrupted = self.random.corrupt_bytes(bytes, self.odds);
         self.corrupted += usize::from(corrupted != bytes);
         corrupted
     }

@@ -2,7 +2,6 @@
 //! the path of another module to check instead; `tests/run targets` sets it to the module that it built.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 use glimpse_core::fit::AnyModel;
@@ -14,13 +13,13 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Brdf, Procedural};
+use glimpse_tests::recipes;
 use glimpse_training::linear::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
 use glimpse_viewer::WASM;
 use wasmi::{Engine, Instance, Linker, Memory, Module, Store, WasmParams, WasmResults};
 
 /// Largest allowed difference of results, relative to the largest result.
 const TOLERANCE: f32 = 1e-5;
-const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 const RECIPE: u32 = 0;
 const TABLE: u32 = 2;
@@ -49,6 +48,12 @@ impl Core {
         let function = self.instance.get_typed_func::<P, R>(&self.store, name);
         let function = function.expect("the module exports the function");
         function.call(&mut self.store, arguments).expect("no panic")
+    }
+
+    /// Calls a function that returns 0, or 1 on a failure.
+    fn run(&mut self, name: &str) {
+        let failure: u32 = self.call(name, ());
+        assert_eq!(failure, 0, "{name}: {}", self.message());
     }
 
     fn memory(&self) -> Memory {
@@ -92,23 +97,6 @@ fn module() -> Vec<u8> {
     )
 }
 
-/// Returns the paths of bundled recipes of every model and kind.
-fn recipes() -> Vec<PathBuf> {
-    let folder = Path::new(ROOT).join("trainer/recipes");
-    let files = |folder: PathBuf| {
-        let entries = fs::read_dir(folder).expect("a folder of recipes");
-        entries.map(|entry| entry.expect("an entry").path())
-    };
-    let folders = ["paper", "completed", "masked", "timed"].map(|name| folder.join(name));
-    let files = folders.into_iter().flat_map(files);
-    files
-        .filter(|path| {
-            path.extension()
-                .is_some_and(|extension| extension == "recipe")
-        })
-        .collect()
-}
-
 /// Checks numbers with the tolerance. `name` names them in errors.
 fn assert_close(actual: &[f32], expected: &[f32], name: &str) {
     assert_eq!(actual.len(), expected.len(), "{name}");
@@ -127,13 +115,9 @@ fn assert_close(actual: &[f32], expected: &[f32], name: &str) {
 #[test]
 fn fits_and_pictures_match_core_on_host() {
     let material = &Procedural::set(4, 77)[3];
-    let recipes = recipes();
-    assert_eq!(recipes.len(), 36);
     let wasm = module();
-    for path in &recipes {
-        let name = path.display().to_string();
-        let bytes = fs::read(path).expect("the recipe's file");
-        let recipe = Recipe::parse(&bytes).expect("a recipe");
+    for (name, bytes) in recipes() {
+        let recipe = Recipe::parse(bytes).expect("a recipe");
         let mut readings: Vec<Option<[f32; 3]>> = recipe
             .pattern()
             .map(|angles| Some(material.at_angles(angles)))
@@ -158,25 +142,20 @@ fn fits_and_pictures_match_core_on_host() {
         let fitted = scan.fitted().expect("the fit is finished");
 
         let mut core = Core::new(&wasm);
-        core.put(RECIPE, &bytes);
-        assert_eq!(
-            core.call::<(), u32>("load_recipe", ()),
-            0,
-            "{}",
-            core.message()
-        );
+        core.put(RECIPE, bytes);
+        core.run("load_recipe");
         assert_eq!(core.call::<(), u32>("samples", ()), readings.len() as u32);
         let numbers = readings.iter().flat_map(|reading| match reading {
             Some([red, green, blue]) => [*red, *green, *blue, 1.0],
             None => [0.0; 4],
         });
         core.put_numbers(NUMBERS, &numbers.collect::<Vec<_>>());
-        assert_eq!(core.call::<(), u32>("fit", ()), 0, "{}", core.message());
+        core.run("fit");
 
         let expected: Vec<f32> = fitted.values().collect();
         core.numbers(1 << 13);
         let count: u32 = core.call("values", ());
-        assert_close(&core.numbers(count as usize), &expected, &name);
+        assert_close(&core.numbers(count as usize), &expected, name);
         let predicted: f32 = core.call("predicted_loss", ());
         let expected = fitted.predicted_loss().unwrap_or(f32::NAN);
         let bound: f32 = core.call("loss_bound", ());
@@ -186,10 +165,10 @@ fn fits_and_pictures_match_core_on_host() {
         assert_eq!(unlike == 1, fitted.is_unlike_training() == Some(true));
         assert_eq!(predicted.is_nan(), expected.is_nan(), "{name}");
         if !expected.is_nan() {
-            assert_close(&[predicted], &[expected], &name);
+            assert_close(&[predicted], &[expected], name);
         }
         let residual: f32 = core.call("residual", ());
-        assert_close(&[residual], &[fitted.residual().mean], &name);
+        assert_close(&[residual], &[fitted.residual().mean], name);
 
         let brdf = |directions: &Directions<f32>| fitted.brdf(directions).unwrap_or_default();
         let brdfs = recipe.directions().map(|(_, directions)| brdf(&directions));
@@ -199,7 +178,7 @@ fn fits_and_pictures_match_core_on_host() {
             core.call::<(), u32>("brdf_at_samples", ()),
             readings.len() as u32
         );
-        assert_close(&core.numbers(expected.len()), &expected, &name);
+        assert_close(&core.numbers(expected.len()), &expected, name);
 
         let towards = |theta: f32| Spherical { theta, phi: 0.0 }.direction();
         let lobe = |step: u8| {
@@ -248,12 +227,7 @@ fn table_is_evaluated_and_rendered() {
         "a loss without a table"
     );
     core.put(TABLE, &table);
-    assert_eq!(
-        core.call::<(), u32>("load_table", ()),
-        0,
-        "{}",
-        core.message()
-    );
+    core.run("load_table");
     core.put_numbers(REFERENCE, &reference);
     let loss: f64 = core.call("loss", ());
     assert!((loss / expected - 1.0).abs() < 1e-3, "{loss} {expected}");
@@ -286,14 +260,8 @@ fn each_failure_has_its_own_message() {
     assert_eq!(core.call::<_, u32>("allocate", (5_u32, 8_u32)), 0);
     assert_eq!(core.call::<_, u32>("allocate", (NUMBERS, u32::MAX)), 0);
 
-    let bytes = fs::read(&recipes()[0]).expect("the recipe's file");
-    core.put(RECIPE, &bytes);
-    assert_eq!(
-        core.call::<(), u32>("load_recipe", ()),
-        0,
-        "{}",
-        core.message()
-    );
+    core.put(RECIPE, glimpse_tests::RECIPE);
+    core.run("load_recipe");
     let samples: u32 = core.call("samples", ());
     core.put_numbers(NUMBERS, &vec![0.0; 4 * samples as usize]);
     assert_eq!(core.call::<(), u32>("fit", ()), 1);

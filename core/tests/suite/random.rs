@@ -32,17 +32,21 @@ impl Random {
         (0..count).map(|_| size * self.number()).collect()
     }
 
-    /// Corrupts bytes on a line. One byte in `odds` is lost, altered, doubled, swapped with the previous one, or
-    /// preceded by a random byte, or the rest is cut. One block of bytes in ten is lost or doubled.
+    /// Corrupts a block of bytes on a line: one in ten is lost or doubled, and bytes are [altered](Self::corrupt_bytes).
     pub(crate) fn corrupt(&mut self, bytes: Vec<u8>, odds: u64) -> Vec<u8> {
+        match self.bits() % 20 {
+            0 => Vec::new(),
+            1 => self.corrupt_bytes(&bytes.repeat(2), odds),
+            _ => self.corrupt_bytes(&bytes, odds),
+        }
+    }
+
+    /// Corrupts one byte in `odds`: it is lost, altered, doubled, swapped with the previous one, or preceded by a random
+    /// byte, or the rest is cut.
+    pub(crate) fn corrupt_bytes(&mut self, bytes: &[u8], odds: u64) -> Vec<u8> {
         let mut below = |bound: u64| self.bits() % bound;
-        let bytes = match below(20) {
-            0 => return Vec::new(),
-            1 => bytes.repeat(2),
-            _ => bytes,
-        };
         let mut corrupted = Vec::new();
-        for byte in bytes {
+        for byte in bytes.iter().copied() {
             if below(odds) > 0 {
                 corrupted.push(byte);
                 continue;

@@ -9,20 +9,17 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
 use semihosting::{print, println};
 
-use crate::machine::{counter, stack};
-use crate::{BenchError, is_missing, measure, residual_bits};
+use crate::machine::counter;
+use crate::{is_missing, measure, stack};
 
 /// Fits a model with all readings, or without the [missing](is_missing) ones. Memory and scan are statics, so the stack
-/// contains only local variables.
-///
-/// # Errors
-/// If the scan or the fit fails.
+/// contains only local variables. Returns None if the scan or the fit fails.
 pub fn fit<'a, K: ScanModel, const WITH_MISSING: bool>(
     recipe: &'a [u8],
     basis: Option<&'a [u8]>,
     memory: &'a mut [f32],
     slot: &'a mut Option<Scan<'a, K>>,
-) -> Result<(), BenchError> {
+) -> Option<()> {
     stack::paint();
     let (scan, parsing) = begin(recipe, basis, memory, slot)?;
     advance::<K, WITH_MISSING>(scan, parsing)
@@ -33,19 +30,18 @@ pub fn fit<'a, K: ScanModel, const WITH_MISSING: bool>(
 fn advance<K: ScanModel, const WITH_MISSING: bool>(
     scan: &mut Scan<'_, K>,
     parsing: u32,
-) -> Result<(), BenchError> {
+) -> Option<()> {
     for (index, angles) in (0..).zip(scan.recipe().pattern()) {
         if WITH_MISSING && is_missing(index) {
             continue;
         }
-        scan.record(index, measure(angles))
-            .map_err(|_| BenchError)?;
+        scan.record(index, measure(angles)).ok()?;
     }
-    let mut fit = scan.fit().map_err(|_| BenchError)?;
+    let mut fit = scan.fit().ok()?;
     let before = counter::now();
     while !fit.advance(u32::MAX).is_complete() {}
     let after = counter::now();
-    let fitted = fit.finish().map_err(|_| BenchError)?;
+    let fitted = fit.finish().ok()?;
     let stack = stack::peak_bytes();
     let before_brdf = counter::now();
     black_box(fitted.brdf(black_box(&OBLIQUE)));
@@ -56,9 +52,11 @@ fn advance<K: ScanModel, const WITH_MISSING: bool>(
         counter::between(before_brdf, after_brdf)
     );
     print_costs(counter::between(before, after), stack);
-    print_numbers("residual", residual_bits(&fitted.residual()).into_iter());
+    let residual = fitted.residual();
+    let residual = [residual.mean, residual.worst].map(f32::to_bits);
+    print_numbers("residual", residual.into_iter());
     print_numbers("parameters", fitted.values().map(f32::to_bits));
-    Ok(())
+    Some(())
 }
 
 /// Directions of the BRDF evaluation.
@@ -75,24 +73,22 @@ fn begin<'a, 's, K: ScanModel>(
     basis: Option<&'a [u8]>,
     memory: &'a mut [f32],
     slot: &'s mut Option<Scan<'a, K>>,
-) -> Result<(&'s mut Scan<'a, K>, u32), BenchError> {
+) -> Option<(&'s mut Scan<'a, K>, u32)> {
     let before = counter::now();
-    let recipe = Recipe::parse(black_box(recipe)).map_err(|_| BenchError)?;
+    let recipe = Recipe::parse(black_box(recipe)).ok()?;
     let after = counter::now();
-    let mut scan = Scan::new(recipe, memory).map_err(|_| BenchError)?;
+    let mut scan = Scan::new(recipe, memory).ok()?;
     if let Some(basis) = basis {
         let before = counter::now();
-        let basis = Basis::parse(black_box(basis)).map_err(|_| BenchError)?;
+        let basis = Basis::parse(black_box(basis)).ok()?;
         let after = counter::now();
         println!(
             "basis_parse_instructions={}",
             counter::between(before, after)
         );
-        scan = scan.with_basis(basis).map_err(|_| BenchError)?;
+        scan = scan.with_basis(basis).ok()?;
     }
-    *slot = Some(scan);
-    let scan = slot.as_mut().ok_or(BenchError)?;
-    Ok((scan, counter::between(before, after)))
+    Some((slot.insert(scan), counter::between(before, after)))
 }
 
 /// Prints the same lines as a fit, without a fit.
@@ -121,22 +117,17 @@ fn print_numbers(name: &str, bits: impl Iterator<Item = u32>) {
     println!("");
 }
 
-/// Ends QEMU, with exit code 0 on success and 1 on an error.
-pub fn end(outcome: Result<(), BenchError>) -> ! {
-    semihosting::process::exit(match outcome {
-        Ok(()) => 0,
-        Err(BenchError) => 1,
-    })
+/// Ends QEMU, with exit code 0 on success and 1 on a failure.
+pub fn end(outcome: Option<()>) -> ! {
+    semihosting::process::exit(i32::from(outcome.is_none()))
 }
 
-/// Defines the entry point and the panic handler: `firmware!(expression of type Result)`.
+/// Defines the entry point and the panic handler: `firmware!(run)`. `run` is an expression of type
+/// `Option<()>`, None on a failure.
 #[macro_export]
 macro_rules! firmware {
     ($run:expr) => {
-        #[cfg(target_arch = "arm")]
-        use cortex_m_rt::entry;
-        #[cfg(target_arch = "riscv32")]
-        use riscv_rt::entry;
+        use $crate::machine::entry;
 
         #[entry]
         fn main() -> ! {
@@ -151,21 +142,20 @@ macro_rules! firmware {
     };
 }
 
-/// Defines a firmware that fits a model with a recipe: `fit!(model, recipe)`, or `fit!(model, recipe, true)` with
-/// missing readings.
+/// Defines a firmware that fits a model with a recipe: `fit!(model, recipe)`, or `fit!(model, recipe, true, None)` with
+/// missing readings, or `fit!(model, recipe, false, Some(basis))`.
 #[macro_export]
 macro_rules! fit {
     ($model:ty, $recipe:expr) => {
         $crate::fit!($model, $recipe, false, None);
     };
-    ($model:ty, $recipe:expr, $with_missing:literal) => {
-        $crate::fit!($model, $recipe, $with_missing, None);
-    };
     ($model:ty, $recipe:expr, $with_missing:literal, $basis:expr) => {
         $crate::firmware!({
+            use glimpse_core::fit::*;
+            use glimpse_core::model::*;
             use glimpse_core::recipe::memory_words;
             use glimpse_core::scan::Scan;
-            use $crate::machine::unique_static;
+            use $crate::recipes::*;
 
             static mut MEMORY: [f32; memory_words(&[$recipe])] = [0.0; memory_words(&[$recipe])];
             static mut SCAN: Option<Scan<'static, $model>> = None;
@@ -174,8 +164,8 @@ macro_rules! fit {
                 $crate::report::fit::<_, $with_missing>(
                     $recipe,
                     $basis,
-                    &mut unique_static(&raw mut MEMORY)[..],
-                    unique_static(&raw mut SCAN),
+                    &mut *(&raw mut MEMORY),
+                    &mut *(&raw mut SCAN),
                 )
             }
         });

@@ -106,7 +106,11 @@ where
     pub(crate) async fn send(&mut self, mut bytes: &[u8]) {
         while !bytes.is_empty() {
             let part = bytes.get(..MAX_WRITE).unwrap_or(bytes);
-            let timeout = if self.is_read { SEND_TIMEOUT } else { RETRY_TIMEOUT };
+            let timeout = if self.is_read {
+                SEND_TIMEOUT
+            } else {
+                RETRY_TIMEOUT
+            };
             let write = with_timeout(timeout, self.sender.write(part));
             let listen = async {
                 match self.command {

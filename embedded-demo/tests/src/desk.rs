@@ -30,8 +30,14 @@ pub const LAYOUT: Layout = Layout {
 /// The white tile of the calibration.
 pub const WHITE: White = White {
     at: ArmAngles {
-        incoming: Spherical { theta: 0.0, phi: 0.0 },
-        outgoing: Spherical { theta: 0.785, phi: 0.0 },
+        incoming: Spherical {
+            theta: 0.0,
+            phi: 0.0,
+        },
+        outgoing: Spherical {
+            theta: 0.785,
+            phi: 0.0,
+        },
     },
     reflectance: [0.99; 3],
     footprint: Footprint::LightLarger,
@@ -76,7 +82,6 @@ pub struct Desk {
     _clock: MutexGuard<'static, ()>,
 }
 
-
 impl Desk {
     /// Creates a desk whose firmware is calibrated and has checked its directions. The arms stand anywhere.
     pub fn new(recipe: &'static [u8]) -> Self {
@@ -89,13 +94,15 @@ impl Desk {
     /// Saves that the directions of the present settings are right.
     pub fn save_proven(&self) {
         let settings = self.machine.unproven().settings_checksum();
-        self.with_store(|store| store.save_proven(settings)).unwrap();
+        self.with_store(|store| store.save_proven(settings))
+            .unwrap();
     }
 
     /// Saves a calibration with the present light.
     pub fn save_white(&self) {
         let [dark, white] = [&self.light.dark, &self.light.white].map(|counts| [counts.get(); 3]);
-        self.with_store(|store| store.save_white(dark, white)).unwrap();
+        self.with_store(|store| store.save_white(dark, white))
+            .unwrap();
     }
 
     /// Calls the store while the firmware does not run.
@@ -163,7 +170,15 @@ impl Desk {
         let lamp = self.light.pin.pin();
         let mut machine = glimpse_scanner::Machine::new(arms, lamp, ColorSensor::new(self));
         let line = (self, self);
-        let mut firmware = pin!(run(scan, config, WHITE, &mut machine, &mut store, operator, line));
+        let mut firmware = pin!(run(
+            scan,
+            config,
+            WHITE,
+            &mut machine,
+            &mut store,
+            operator,
+            line
+        ));
         let mut context = Context::from_waker(Waker::noop());
         let end = Instant::now() + Duration::from_secs(1800);
         while !until() {
@@ -201,7 +216,10 @@ impl Desk {
             self.with_store(|store| store.restore(scan)).unwrap();
         };
         let (exact, saved) = (fitted(recipe, exact), fitted(recipe, saved));
-        let errors = exact.iter().zip(&saved).map(|(exact, saved)| (saved / exact - 1.0).abs());
+        let errors = exact
+            .iter()
+            .zip(&saved)
+            .map(|(exact, saved)| (saved / exact - 1.0).abs());
         errors.sum::<f32>() / exact.len() as f32
     }
 }
@@ -225,7 +243,11 @@ fn fitted(recipe: Recipe<'_>, record: impl FnOnce(&mut Scan<'_, AnyModel>)) -> V
             let phi = (f32::from(p) + 0.5) / 16.0 * TAU;
             let at = |theta, phi| Spherical { theta, phi };
             let (incoming, outgoing) = (at(theta_i.to_radians(), 0.0), at(theta, phi));
-            brdf.extend(fitted.brdf(&ArmAngles { incoming, outgoing }.directions()).unwrap());
+            brdf.extend(
+                fitted
+                    .brdf(&ArmAngles { incoming, outgoing }.directions())
+                    .unwrap(),
+            );
         }
     }
     brdf
@@ -259,7 +281,9 @@ impl Operator for &Desk {
             Event::Waiting | Event::Saved => commands.push_back((0, Command::Resume)),
             Event::Question => go_on(),
             Event::Finished(residual, values) => {
-                self.results.borrow_mut().push((*residual, values.collect()));
+                self.results
+                    .borrow_mut()
+                    .push((*residual, values.collect()));
             }
             Event::Failed(error) => {
                 self.failures.borrow_mut().push(*error);

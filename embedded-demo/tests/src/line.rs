@@ -90,7 +90,10 @@ impl Read for &Desk {
                 }
                 let mut host = self.host.borrow_mut();
                 let count = buffer.len().min(host.replies.len());
-                buffer.iter_mut().zip(host.replies.drain(..count)).for_each(|(to, byte)| *to = byte);
+                buffer
+                    .iter_mut()
+                    .zip(host.replies.drain(..count))
+                    .for_each(|(to, byte)| *to = byte);
                 Ok(count)
             }
         }
@@ -128,7 +131,11 @@ impl Computer {
         let reply = end.answer(byte, &mut buffer, |request| {
             match request {
                 Request::Hello { .. } => return Some(Reply::Welcome { protocol: PROTOCOL }),
-                Request::Values { offset, values: new, .. } => {
+                Request::Values {
+                    offset,
+                    values: new,
+                    ..
+                } => {
                     values.truncate(offset.into());
                     values.extend(&new);
                 }

@@ -180,7 +180,9 @@ impl I2c for &Desk {
                         self.sensor.set(SensorFault::None);
                     }
                     self.readings.set(number);
-                    if let Some((_, axis, steps)) = self.stalls.get().filter(|(after, ..)| *after == number) {
+                    if let Some((_, axis, steps)) =
+                        self.stalls.get().filter(|(after, ..)| *after == number)
+                    {
                         self.machine.arms[axis].stalled.set(steps);
                     }
                     self.read_at.borrow_mut().push(self.machine.angles());

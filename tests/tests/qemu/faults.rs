@@ -160,11 +160,7 @@ fn scan_continues_after_resets_without_repeating_readings() {
     let material = unseen_material(0);
     let mut scanner = noiseless_scanner(&material);
     for next in 0..8_u16 {
-        let (requests, report) = serve(
-            &emulator,
-            &mut scanner,
-            |request| measures(request, next),
-        );
+        let (requests, report) = serve(&emulator, &mut scanner, |request| measures(request, next));
         assert!(report.is_none());
         let saved = next.saturating_sub(1);
         let expected = ((0..saved).collect(), (saved..next).collect());

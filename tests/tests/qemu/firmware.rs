@@ -1,13 +1,11 @@
 //! The firmware with a scanner without faults. `faults` tests the faults.
 
-use glimpse_bench::recipes::large::NEURAL_64;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::Material;
-use glimpse_tests::RECIPE;
-use glimpse_tests::device::{assert_matches_host, fit};
+use glimpse_tests::device::assert_matches_host;
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{noiseless_scanner, unseen_material};
-use glimpse_trainer::bundled;
+use glimpse_tests::{RECIPE, recipes};
 use glimpse_trainer::evaluation::{Evaluator, Method};
 use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
 
@@ -56,26 +54,14 @@ fn consecutive_scans_agree_with_host() {
     assert!((500..8192).contains(&stack), "{stack}");
 }
 
-/// Scans with every bundled recipe that has a pattern, and with the largest that the firmware accepts. One image fits
-/// all models.
+/// One image scans with recipes of all models and kinds.
 #[test]
-fn every_bundled_recipe_matches_host_fit_bit_for_bit() {
-    let bundled = bundled::ALL
-        .iter()
-        .map(|bundled| (bundled.name, bundled.bytes));
-    for (name, bytes) in bundled.chain([("neural-n64", NEURAL_64)]) {
-        let recipe = Recipe::parse(bytes).unwrap();
-        if recipe.samples() == 0 {
-            continue;
-        }
+fn every_recipe_matches_host_fit_bit_for_bit() {
+    for (_, bytes) in recipes() {
         let mut emulator = Emulator::boot_recipe(bytes);
         let report = noiseless_scanner(&unseen_material(0))
             .serve(&mut emulator.serial)
             .unwrap();
-        assert_eq!(report.model, recipe.model());
-        let (values, residual) = fit(bytes, &report.readings);
-        let bits = |values: &[f32]| -> Vec<u32> { values.iter().map(|x| x.to_bits()).collect() };
-        assert_eq!(bits(&report.values), bits(&values), "{name}");
-        assert_eq!(report.residual, residual, "{name}");
+        assert_matches_host(&report, bytes);
     }
 }

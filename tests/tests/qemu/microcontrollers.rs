@@ -8,14 +8,21 @@ use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::recipe::Recipe;
 use glimpse_kernels::scan::scan_with_missing;
 use glimpse_tests::budgets::Budgets;
+use glimpse_tests::device::bits;
 use glimpse_tests::figures::{Extent, FIT_BINARIES, FitBinary, demo_figures, figures};
-use glimpse_tests::microcontroller::{Binary, MathLibrary, TARGETS};
+use glimpse_tests::microcontroller::{BOARD, Binary, MathLibrary, TARGETS, Target};
 use glimpse_trainer::evaluation::scan;
 
-/// Returns the host's fit of the same readings: parameters or coefficients.
-fn fit_on_host(recipe: &Recipe<'_>) -> Vec<f32> {
+/// Returns the bits of a target's fit: parameters or coefficients.
+fn fit_on(target: Target, name: &str) -> Vec<u32> {
+    let output = Binary::new(target, MathLibrary::Libm, name).run();
+    bits(&output.numbers("parameters"))
+}
+
+/// Returns the bits of the host's fit of the same readings.
+fn fit_on_host(recipe: &Recipe<'_>) -> Vec<u32> {
     let outcome = scan(recipe, &mut |angles| measure(angles).brdf);
-    outcome.unwrap().values
+    bits(&outcome.unwrap().values)
 }
 
 /// Returns the mean residual before the fit. With Linear, it is that of the mean material.
@@ -42,16 +49,8 @@ fn assert_bits_of_host(extent: Extent) {
             if !fit.is_built(extent, target, MathLibrary::Libm) {
                 continue;
             }
-            let output = Binary::new(target, MathLibrary::Libm, fit.name).run();
-            let actual = output.numbers("parameters");
-            let bits = |list: &[f32]| list.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
-            assert_eq!(
-                bits(&actual),
-                bits(&expected),
-                "{} on {}",
-                fit.name,
-                target.triple
-            );
+            let actual = fit_on(target, fit.name);
+            assert_eq!(actual, expected, "{} on {}", fit.name, target.triple);
         }
     }
 }
@@ -80,11 +79,9 @@ fn board_matches_host_fit_with_missing_readings() {
         let expected = scan_with_missing(&recipe, &mut measure_some)
             .unwrap()
             .values;
-        let output = Binary::new(TARGETS[0], MathLibrary::Libm, name).run();
-        let actual = output.numbers("parameters");
-        let bits = |list: &[f32]| list.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
-        assert_eq!(bits(&actual), bits(&expected), "{name}");
-        assert_ne!(bits(&actual), bits(&fit_on_host(&recipe)), "{name}");
+        let actual = fit_on(BOARD, name);
+        assert_eq!(actual, bits(&expected), "{name}");
+        assert_ne!(actual, fit_on_host(&recipe), "{name}");
     }
 }
 
@@ -92,11 +89,11 @@ fn board_matches_host_fit_with_missing_readings() {
 /// parameters. They still reduce the initial residual by at least 30 %.
 #[test]
 fn micromath_fits_reduce_residual() {
-    let has_both = |fit: &FitBinary| fit.is_built(Extent::All, TARGETS[0], MathLibrary::Micromath);
+    let has_both = |fit: &FitBinary| fit.is_built(Extent::All, BOARD, MathLibrary::Micromath);
     for FitBinary { name, recipe, .. } in FIT_BINARIES.into_iter().filter(has_both) {
         let before = initial_residual(&Recipe::parse(recipe).unwrap());
         let [libm, micromath] = [MathLibrary::Libm, MathLibrary::Micromath].map(|library| {
-            let output = Binary::new(TARGETS[0], library, name).run();
+            let output = Binary::new(BOARD, library, name).run();
             output.numbers("residual")[0]
         });
         println!(

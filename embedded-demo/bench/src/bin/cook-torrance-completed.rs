@@ -3,7 +3,4 @@
 #![no_std]
 #![no_main]
 
-use glimpse_bench::recipes::completed::COOK_TORRANCE;
-use glimpse_core::model::CookTorrance;
-
-glimpse_bench::fit!(CookTorrance, COOK_TORRANCE);
+glimpse_bench::fit!(CookTorrance, completed::COOK_TORRANCE);

@@ -3,7 +3,4 @@
 #![no_std]
 #![no_main]
 
-use glimpse_bench::recipes::COOK_TORRANCE;
-use glimpse_core::model::CookTorrance;
-
 glimpse_bench::fit!(CookTorrance, COOK_TORRANCE);

@@ -3,7 +3,4 @@
 #![no_std]
 #![no_main]
 
-use glimpse_bench::recipes::masked::LINEAR;
-use glimpse_core::fit::Linear;
-
-glimpse_bench::fit!(Linear, LINEAR);
+glimpse_bench::fit!(Linear, masked::LINEAR);

@@ -3,7 +3,4 @@
 #![no_std]
 #![no_main]
 
-use glimpse_bench::recipes::large::LINEAR_64;
-use glimpse_core::fit::Linear;
-
-glimpse_bench::fit!(Linear, LINEAR_64);
+glimpse_bench::fit!(Linear, large::LINEAR_64);

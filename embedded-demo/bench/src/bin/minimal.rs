@@ -7,17 +7,13 @@
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
+use glimpse_bench::machine::entry;
 use glimpse_bench::recipes::NEURAL;
 use glimpse_core::geometry::Directions;
 use glimpse_core::gonio::Reading;
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::{Recipe, memory_words};
 use glimpse_core::scan::Scan;
-
-#[cfg(target_arch = "arm")]
-use cortex_m_rt::entry;
-#[cfg(target_arch = "riscv32")]
-use riscv_rt::entry;
 
 const WORDS: usize = memory_words(&[NEURAL]);
 

@@ -3,7 +3,4 @@
 #![no_std]
 #![no_main]
 
-use glimpse_bench::recipes::masked::NEURAL;
-use glimpse_core::model::Neural;
-
-glimpse_bench::fit!(Neural, NEURAL, true);
+glimpse_bench::fit!(Neural, masked::NEURAL, true, None);

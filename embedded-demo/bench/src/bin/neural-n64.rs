@@ -3,7 +3,4 @@
 #![no_std]
 #![no_main]
 
-use glimpse_bench::recipes::large::NEURAL_64;
-use glimpse_core::model::Neural;
-
-glimpse_bench::fit!(Neural, NEURAL_64);
+glimpse_bench::fit!(Neural, large::NEURAL_64);

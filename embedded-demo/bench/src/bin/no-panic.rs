@@ -1,7 +1,7 @@
 //! A proof: this binary links only if no function that it calls can reach a panic.
 //!
 //! It calls the public functions of `glimpse-core` that neither the C library nor the demo firmware calls. Those two are
-//! linked with the same panic handler: see `tests/capi.sh`, and `prove-no-panic` in `embedded-demo/Cargo.toml`.
+//! linked with the same panic handler: see `capi_firmware` in `tests/firmware.sh`, and `prove-no-panic` in `embedded-demo/Cargo.toml`.
 //!
 //! The panic handler calls an undefined function. All inputs are hidden from the optimizer, so any check that it
 //! removes, such as a bounds check, is unnecessary for every input. (The formatting of errors is not included: it
@@ -14,11 +14,7 @@
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
-#[cfg(target_arch = "arm")]
-use cortex_m_rt::entry;
-#[cfg(target_arch = "riscv32")]
-use riscv_rt::entry;
-
+use glimpse_bench::machine::entry;
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::{Linear, ScanModel};
 use glimpse_core::geometry::{ArmAngles, Directions};

@@ -7,5 +7,5 @@ use glimpse_bench::report;
 
 glimpse_bench::firmware!({
     report::baseline();
-    Ok(())
+    Some(())
 });

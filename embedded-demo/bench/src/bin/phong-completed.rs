@@ -3,7 +3,4 @@
 #![no_std]
 #![no_main]
 
-use glimpse_bench::recipes::completed::PHONG;
-use glimpse_core::model::Phong;
-
-glimpse_bench::fit!(Phong, PHONG);
+glimpse_bench::fit!(Phong, completed::PHONG);

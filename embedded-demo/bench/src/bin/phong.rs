@@ -3,7 +3,4 @@
 #![no_std]
 #![no_main]
 
-use glimpse_bench::recipes::PHONG;
-use glimpse_core::model::Phong;
-
 glimpse_bench::fit!(Phong, PHONG);

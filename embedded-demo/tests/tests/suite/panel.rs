@@ -27,7 +27,9 @@ impl Contact<'_> {
         if presses.as_flattened().iter().any(is_bouncing) {
             return now.is_multiple_of(3);
         }
-        presses.iter().any(|[start, end]| (*start..*end).contains(&now))
+        presses
+            .iter()
+            .any(|[start, end]| (*start..*end).contains(&now))
     }
 
     async fn wait_for(&self, is_closed: bool) {
@@ -115,7 +117,14 @@ fn bounces_are_no_presses() {
         }
     }
     let (down, up, held) = (Press::Down, Press::Up, Press::Held);
-    let expected = [(down, 200), (up, 250), (down, 400), (up, 1000), (down, 1500), (held, 3500)];
+    let expected = [
+        (down, 200),
+        (up, 250),
+        (down, 400),
+        (up, 1000),
+        (down, 1500),
+        (held, 3500),
+    ];
     assert_eq!(presses, expected);
 }
 
@@ -164,8 +173,14 @@ fn every_press_counts_on_every_line() {
         // A press starts, the next one stops, and so on.
         let presses = contact.borrow().len();
         let failures = desk.failures.borrow();
-        let stops = failures.iter().filter(|error| error.code == ErrorCode::Stopped).count();
-        assert!(stops >= 5 && presses <= 14, "{line:?}: {presses} presses, {failures:?}");
+        let stops = failures
+            .iter()
+            .filter(|error| error.code == ErrorCode::Stopped)
+            .count();
+        assert!(
+            stops >= 5 && presses <= 14,
+            "{line:?}: {presses} presses, {failures:?}"
+        );
         assert!(changes.get() > 20, "{changes:?}");
     }
 }

@@ -24,7 +24,10 @@ const CHECKS: usize = 3;
 /// Returns the numbers in the texts "reading k of n" since the start.
 fn samples(desk: &Desk) -> usize {
     let texts = desk.texts.borrow();
-    texts.iter().filter(|text| text.starts_with("reading")).count()
+    texts
+        .iter()
+        .filter(|text| text.starts_with("reading"))
+        .count()
 }
 
 /// A reading that fails, a stop at any time, and one in the last homing cost no reading that was made before.
@@ -42,7 +45,13 @@ fn stops_cost_no_readings() {
     desk.patience.set(9);
     let is_stopped = Cell::new(false);
     desk.run(Host::Listens, || {
-        let is_home = desk.texts.borrow().iter().filter(|text| *text == "homing").count() == 2;
+        let is_home = desk
+            .texts
+            .borrow()
+            .iter()
+            .filter(|text| *text == "homing")
+            .count()
+            == 2;
         if is_home && !is_stopped.replace(true) {
             desk.commands.borrow_mut().push_back((0, Command::Stop));
         }
@@ -82,9 +91,17 @@ fn old_scan_is_never_new() {
     desk.light.put(tile);
     desk.line.set(Line::Host);
     desk.run(Host::Listens, || desk.host.borrow().finished.len() == 1);
-    assert!(desk.texts.borrow().iter().any(|text| text.starts_with("a complete scan is saved")));
+    assert!(
+        desk.texts
+            .borrow()
+            .iter()
+            .any(|text| text.starts_with("a complete scan is saved"))
+    );
     let old = desk.host.borrow().finished[0];
-    assert_eq!((old.implausible, old.evidence.restored), (Some(ErrorCode::Restored), 8));
+    assert_eq!(
+        (old.implausible, old.evidence.restored),
+        (Some(ErrorCode::Restored), 8)
+    );
     // The next press scans the next material.
     desk.commands.borrow_mut().push_back((0, Command::Restart));
     desk.patience.set(2);
@@ -123,7 +140,12 @@ fn homing_keeps_lamp_and_sensor_apart() {
             if samples(desk) > 0 {
                 closest.set(closest.get().min(separation(desk.machine.angles())));
             }
-            let homings = desk.texts.borrow().iter().filter(|text| *text == "homing").count();
+            let homings = desk
+                .texts
+                .borrow()
+                .iter()
+                .filter(|text| *text == "homing")
+                .count();
             homings == 2 && desk.machine.positions() == [0; 4] || desk.is_over(1)
         });
         closest.get()
@@ -136,7 +158,8 @@ fn homing_keeps_lamp_and_sensor_apart() {
         let desk = Desk::new(N16);
         let time = 12_000 + 500 * at as u64;
         let is_stopped = Cell::new(false);
-        desk.configure.set(|config| config.limits = EvidenceLimits::NONE);
+        desk.configure
+            .set(|config| config.limits = EvidenceLimits::NONE);
         let stop = || {
             if Instant::now().as_millis() >= time && !is_stopped.replace(true) {
                 desk.commands.borrow_mut().push_back((0, Command::Stop));
@@ -160,23 +183,47 @@ fn calibration_is_guided() {
     type Prepare = fn(&Desk);
     let cases: [(Prepare, Option<ErrorCode>); 5] = [
         (|_| (), None),
-        (|desk| desk.light.lamp.set((0.0, 0.0)), Some(ErrorCode::WhiteNotBrighter)),
+        (
+            |desk| desk.light.lamp.set((0.0, 0.0)),
+            Some(ErrorCode::WhiteNotBrighter),
+        ),
         (|desk| desk.light.white.set(70_000.0), None),
-        (|desk| desk.light.white.set(300_000.0), Some(ErrorCode::WhiteSaturated)),
-        (|desk| desk.machine.gears.set([0.5, 1.0, 1.0, 1.0]), Some(ErrorCode::TileReading)),
+        (
+            |desk| desk.light.white.set(300_000.0),
+            Some(ErrorCode::WhiteSaturated),
+        ),
+        (
+            |desk| desk.machine.gears.set([0.5, 1.0, 1.0, 1.0]),
+            Some(ErrorCode::TileReading),
+        ),
     ];
     for (prepare, expected) in cases {
         let desk = Desk::uncalibrated(N8);
-        desk.machine.arms.iter().for_each(|arm| arm.position.set(40));
+        desk.machine
+            .arms
+            .iter()
+            .for_each(|arm| arm.position.set(40));
         desk.light.put(tile);
         prepare(&desk);
-        desk.commands.borrow_mut().push_back((0, Command::Calibrate));
+        desk.commands
+            .borrow_mut()
+            .push_back((0, Command::Calibrate));
         desk.patience.set(0);
-        let is_calibrated = || desk.texts.borrow().iter().any(|text| text.starts_with("calibrated"));
-        desk.run(Host::Absent, || is_calibrated() || !desk.failures.borrow().is_empty());
+        let is_calibrated = || {
+            desk.texts
+                .borrow()
+                .iter()
+                .any(|text| text.starts_with("calibrated"))
+        };
+        desk.run(Host::Absent, || {
+            is_calibrated() || !desk.failures.borrow().is_empty()
+        });
         let error = desk.failures.borrow().first().map(|error| error.code);
         assert_eq!(error, expected, "{:?}", desk.texts.borrow());
-        assert_eq!(desk.with_store(|store| store.white().is_some()), expected.is_none());
+        assert_eq!(
+            desk.with_store(|store| store.white().is_some()),
+            expected.is_none()
+        );
         if expected.is_none() {
             desk.light.put(plastic);
             desk.patience.set(2);
@@ -218,8 +265,14 @@ fn checks_take_little_time() {
             desk.scan();
             Instant::now().as_millis() as f32 / 1e3
         };
-        let (with, without) = (seconds(|_| ()), seconds(|config| config.limits = EvidenceLimits::NONE));
-        println!("{with} s with checks, {without} s without: {:.1} % more", 100.0 * (with / without - 1.0));
+        let (with, without) = (
+            seconds(|_| ()),
+            seconds(|config| config.limits = EvidenceLimits::NONE),
+        );
+        println!(
+            "{with} s with checks, {without} s without: {:.1} % more",
+            100.0 * (with / without - 1.0)
+        );
         assert!(with < 1.1 * without);
     }
 }
@@ -234,7 +287,9 @@ fn orders_and_targets_count() {
     // The first is read with the lamp off, too.
     for ((_, expected), [theta_i, _, theta_o, _]) in recipe.directions().zip(&read_at[1..]) {
         let arms = ArmAngles::from_directions(&expected);
-        let error = (arms.incoming.theta - theta_i).abs().max((arms.outgoing.theta - theta_o).abs());
+        let error = (arms.incoming.theta - theta_i)
+            .abs()
+            .max((arms.outgoing.theta - theta_o).abs());
         assert!(error < 0.01, "{read_at:?}");
     }
     drop(read_at);
@@ -255,9 +310,17 @@ fn flash_wears_slowly() {
         desk.run(Host::Absent, || desk.is_over(scans));
     }
     let changes = &desk.flash.borrow().changes;
-    let erases = changes.iter().filter(|length| **length == SECTOR_BYTES).count() / 16;
+    let erases = changes
+        .iter()
+        .filter(|length| **length == SECTOR_BYTES)
+        .count()
+        / 16;
     let hours = Instant::now().as_millis() as f32 / 3.6e6;
-    println!("{} items a scan, {:.0} erases of a sector an hour", changes.len() / 4, erases as f32 / hours / 2.0);
+    println!(
+        "{} items a scan, {:.0} erases of a sector an hour",
+        changes.len() / 4,
+        erases as f32 / hours / 2.0
+    );
     assert!(erases as f32 / hours < 60.0);
 }
 
