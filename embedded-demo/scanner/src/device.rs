@@ -28,8 +28,28 @@ const RETRY_TIMEOUT: Duration = Duration::from_millis(1);
 const MAX_WRITE: usize = 63;
 /// The pause after an error of the line.
 const LINE_PAUSE: Duration = Duration::from_millis(100);
+/// The time between two reports of an error from before the start.
+const REPORT_INTERVAL: Duration = Duration::from_secs(2);
 /// The longest line of text.
 const TEXT_BYTES: usize = 256;
+
+/// Shows an error from before the start, again and again: only another firmware helps.
+pub async fn report(error: Error, operator: &mut impl Operator, line: &mut impl Write) -> ! {
+    loop {
+        let text = text(&mut Event::Failed(error), operator);
+        _ = with_timeout(SEND_TIMEOUT, line.write_all(text.as_bytes())).await;
+        _ = with_timeout(REPORT_INTERVAL, operator.command()).await;
+    }
+}
+
+/// Shows an event to the operator, and returns it as a line of text.
+fn text(event: &mut Event<'_>, operator: &mut impl Operator) -> String<TEXT_BYTES> {
+    let mut text = String::new();
+    // Text that is too long is cut.
+    let _ = write!(text, "{event}").and_then(|()| text.write_str("\r\n"));
+    operator.show(event);
+    text
+}
 
 /// Machine, flash, operator and line.
 pub(crate) struct Device<'s, S, D, H, R, F, O, I, T> {
@@ -87,10 +107,7 @@ where
 
     /// Shows an event to the operator, and as a line of text on the line.
     pub(crate) async fn show(&mut self, mut event: Event<'_>) {
-        let mut text = String::<TEXT_BYTES>::new();
-        // Text that is too long is cut.
-        let _ = write!(text, "{event}").and_then(|()| text.write_str("\r\n"));
-        self.operator.show(&mut event);
+        let text = text(&mut event, self.operator);
         self.send(text.as_bytes()).await;
     }
 

@@ -21,6 +21,7 @@ mod run;
 
 pub use button::{Button, Press};
 pub use color_sensor::ColorSensor;
+pub use device::report;
 pub use machine::Machine;
 pub use operator::{Command, Event, Operator, State};
 pub use optics::{Counts, Sensor, White};

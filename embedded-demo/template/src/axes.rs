@@ -1,12 +1,12 @@
 //! The numbers of the axes. Tests of glimpse-scanner move a simulated machine with them.
+//!
+//! Until the axes have found their switches with these settings once, each arm has to be within 5 degrees of its switch when
+//! the power comes on.
 
 use core::f32::consts::{PI, TAU};
 
 use glimpse_scanner::axis::Settings;
 
-/// True once all axes have found their switches with these settings: then the arms may start anywhere. Before, each arm has
-/// to be within 5 degrees of its switch when the power comes on.
-pub const DIRECTIONS_CHECKED: bool = false;
 /// The smallest angle between lamp and sensor, in radians.
 pub const MIN_SEPARATION: f32 = 0.09;
 

@@ -11,8 +11,7 @@ mod board;
 
 use core::convert::Infallible;
 
-use axes::{AXES, DIRECTIONS_CHECKED, MIN_SEPARATION};
-use embassy_time::Timer;
+use axes::{AXES, MIN_SEPARATION};
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal_async::digital::Wait;
 use embedded_hal_async::i2c::I2c;
@@ -21,89 +20,66 @@ use embedded_storage::nor_flash::NorFlash;
 use glimpse_core::driver::{Config, Host};
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::{ArmAngles, Spherical};
-use glimpse_core::gonio::{Calibration, Footprint, Machine};
+use glimpse_core::gonio::{Footprint, Machine as Reach};
 use glimpse_core::model::Neural;
-use glimpse_core::recipe::{Recipe, max_samples, memory_words};
+use glimpse_core::recipe::{Recipe, memory_words};
 use glimpse_core::scan::Scan;
+use glimpse_core::store::{Layout, Store};
 use glimpse_scanner::axis::Axis;
 use glimpse_scanner::goniometer::Goniometer;
-use glimpse_scanner::store::{Layout, Store};
-use glimpse_scanner::{Button, ColorSensor, Command, Event, FlashMemory, Operator, Steppers, run};
+use glimpse_scanner::{ColorSensor, Machine, Operator, Panel, White, report, run};
 use static_cell::StaticCell;
 
 /// The recipe of build.rs.
 static RECIPE: &[u8] = include_bytes!(env!("RECIPE"));
 /// Its model: `model::Neural`, `model::Phong`, `model::CookTorrance` or `fit::Linear` of `glimpse_core`.
 type Model = Neural;
-const SAMPLES: usize = max_samples(&[RECIPE]);
 const MEMORY_WORDS: usize = memory_words(&[RECIPE]);
 
-/// True: log the sensor's counts instead of scanning, for the next four constants.
-const CALIBRATES: bool = false;
-/// Counts in the dark and on a white tile, with the arms at `WHITE_AT`, and the tile's reflectance.
-const DARK: [f32; 3] = [0.0; 3];
-const WHITE: [f32; 3] = [20_000.0; 3];
-const WHITE_AT: ArmAngles = ArmAngles {
-    incoming: Spherical {
-        theta: 0.0,
-        phi: 0.0,
+/// The white tile of the calibration: the arms while it is read, and its reflectance. `footprint` is the larger spot on
+/// the sample, at all angles: that of the light, or that which the sensor sees.
+const WHITE: White = White {
+    at: ArmAngles {
+        incoming: Spherical {
+            theta: 0.0,
+            phi: 0.0,
+        },
+        outgoing: Spherical {
+            theta: 0.785,
+            phi: 0.0,
+        },
     },
-    outgoing: Spherical {
-        theta: 0.785,
-        phi: 0.0,
-    },
+    reflectance: [0.99; 3],
+    footprint: Footprint::LightLarger,
 };
-const REFLECTANCE: [f32; 3] = [0.99; 3];
-/// The larger spot on the sample, at all angles: that of the light, or that which the sensor sees.
-const FOOTPRINT: Footprint = Footprint::LightLarger;
 
-/// Returns the place of readings in the flash: two areas of whole sectors from `start` on.
-const fn readings_at(start: u32, area_bytes: u32) -> Layout {
+/// Changes options of the scan.
+fn configure(config: &mut Config) {
+    // If the lamp cannot be switched: 0. Then no reading shows room light.
+    config.limits.dark = 0.05;
+}
+
+/// Returns the place of the store in the flash: two areas of whole sectors from `start` on.
+const fn store_at(start: u32, area_bytes: u32) -> Layout {
     Layout { start, area_bytes }
 }
 
 /// The parts of a board: for each axis the pins step, direction and switch; the rest in the order of its fields.
 struct Board<S, D, H, B, F, L, W> {
     axes: [(S, D, H); 4],
+    /// It switches the lamp on while it is high.
+    lamp: S,
     sensor: B,
     flash: F,
-    /// The place of the readings in the flash.
+    /// The place of the store in the flash.
     layout: Layout,
     line: L,
     button: W,
+    /// The light of the panel.
+    light: S,
 }
 
-/// The button: it starts a scan, stops it, and begins again after a failure.
-struct Panel<W> {
-    button: Button<W>,
-    next: Command,
-}
-
-impl<W: Wait + InputPin> Operator for Panel<W> {
-    async fn command(&mut self) -> Command {
-        self.button.pressed().await;
-        core::mem::replace(&mut self.next, Command::Stop)
-    }
-
-    fn show(&mut self, event: Event<'_>) {
-        match event {
-            Event::Finished(residual, values) => {
-                self.next = Command::Restart;
-                for (index, value) in values.enumerate() {
-                    defmt::info!("value {}: {}", index, value);
-                }
-                defmt::info!("finished: {}", residual);
-            }
-            Event::Failed(error) => {
-                self.next = Command::Resume;
-                defmt::error!("{}", error);
-            }
-            Event::Unsaved => defmt::warn!("a reading is not saved"),
-        }
-    }
-}
-
-/// Scans after a press of the button, one material after the other, or logs an error of recipe, settings, sensor or flash.
+/// Scans on command, one material after the other, or reports an error of recipe, settings or flash.
 async fn scan<S, D, H>(
     board: Board<S, D, H, impl I2c, impl NorFlash, (impl Read, impl Write), impl Wait + InputPin>,
 ) where
@@ -111,12 +87,19 @@ async fn scan<S, D, H>(
     D: OutputPin,
     H: InputPin,
 {
-    let Err(error) = start(board).await;
-    defmt::error!("{}; the button does nothing until a reset", error);
+    let mut panel = Panel::new(board.button, board.light);
+    let (mut receiver, mut sender) = board.line;
+    let line = (&mut receiver, &mut sender);
+    let machine = (board.axes, board.lamp, board.sensor);
+    let Err(error) = start(machine, (board.flash, board.layout), line, &mut panel).await;
+    report(error, &mut panel, &mut sender).await
 }
 
 async fn start<S, D, H>(
-    board: Board<S, D, H, impl I2c, impl NorFlash, (impl Read, impl Write), impl Wait + InputPin>,
+    (axes, lamp, sensor): ([(S, D, H); 4], S, impl I2c),
+    (flash, layout): (impl NorFlash, Layout),
+    line: (impl Read, impl Write),
+    panel: &mut impl Operator,
 ) -> Result<Infallible, Error>
 where
     S: OutputPin,
@@ -124,57 +107,23 @@ where
     H: InputPin,
 {
     static MEMORY: StaticCell<[f32; MEMORY_WORDS]> = StaticCell::new();
-    let recipe = Recipe::parse(RECIPE)?;
-    let storage = |_| Error::new(ErrorCode::Storage);
-    let mut store = Store::<_, SAMPLES>::mount(board.flash, board.layout).map_err(storage)?;
-    let boots = store.count_boot().map_err(storage)?;
-    let mut flash = FlashMemory::new(store, &recipe)?;
-    let [theta_i, phi_i, theta_o, phi_o] = board.axes;
-    let [lamp, lamp_azimuth, sensor, sensor_azimuth] = AXES;
-    let axis = |(step, direction, switch), settings| Axis::new(step, direction, switch, settings);
-    let axes = [
-        axis(theta_i, lamp),
-        axis(phi_i, lamp_azimuth),
-        axis(theta_o, sensor),
-        axis(phi_o, sensor_azimuth),
-    ];
-    let mut arms = Goniometer::new(axes, MIN_SEPARATION)?;
-    if DIRECTIONS_CHECKED {
-        arms.trust_directions();
-    }
-    let mut config = Config::new(Host::Listens);
-    config.machine = Some(Machine::new(arms.limits()));
-    config.sequence_seed = boots;
-    let calibration = Calibration::new(DARK, WHITE, REFLECTANCE)?;
-    let color_sensor = ColorSensor::new(board.sensor, calibration, &WHITE_AT, FOOTPRINT);
-    let mut color_sensor = color_sensor.await?;
-    while CALIBRATES {
-        defmt::info!("counts: {}", color_sensor.counts().await?);
-        Timer::after_millis(500).await;
-    }
-    if arms.needs_confirmation() {
-        defmt::warn!("make sure that the lamp is nearer to the normal than the sensor");
-    }
-    let mut machine = Steppers::new(arms, color_sensor);
     let memory = MEMORY
         .try_init([0.0; MEMORY_WORDS])
         .ok_or(Error::new(ErrorCode::Memory))?;
-    let scan = Scan::<Model>::new(recipe, memory)?;
-    let mut panel = Panel {
-        button: Button::new(board.button),
-        next: Command::Resume,
-    };
-    defmt::info!("press the button to scan");
-    panel.command().await;
-    run(
-        scan,
-        config,
-        board.line,
-        &mut machine,
-        &mut flash,
-        &mut panel,
-    )
-    .await
+    let scan = Scan::<Model>::new(Recipe::parse(RECIPE)?, memory)?;
+    let mut store = Store::mount(flash, layout, scan.recipe())?;
+    let mut settings = AXES.into_iter();
+    let axes = axes.map(|(step, direction, switch)| {
+        let settings = settings.next().unwrap_or(AXES[0]); // there are four
+        Axis::new(step, direction, switch, settings)
+    });
+    let arms = Goniometer::new(axes, MIN_SEPARATION)?;
+    let mut config = Config::new(Host::Listens);
+    config.machine = Some(Reach::new(arms.limits()));
+    config.sequence_seed = store.count_boot()?;
+    configure(&mut config);
+    let mut machine = Machine::new(arms, lamp, ColorSensor::new(sensor));
+    run(scan, config, WHITE, &mut machine, &mut store, panel, line).await
 }
 
 /// Restarts the firmware, which then waits for the button.

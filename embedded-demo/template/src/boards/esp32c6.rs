@@ -8,7 +8,7 @@ use esp_hal::uart::Uart;
 use esp_println as _; // log
 use esp_storage::FlashStorage;
 
-use crate::{Board, readings_at, scan};
+use crate::{Board, store_at, scan};
 
 esp_bootloader_esp_idf::esp_app_desc!();
 
@@ -37,11 +37,13 @@ async fn main(_spawner: Spawner) {
             axis(p.GPIO6.into(), p.GPIO7.into(), p.GPIO10.into()),
             axis(p.GPIO18.into(), p.GPIO19.into(), p.GPIO11.into()),
         ],
+        lamp: output(p.GPIO20.into()),
         sensor: bus.with_sda(p.GPIO22).with_scl(p.GPIO23).into_async(),
         flash: FlashStorage::new(p.FLASH),
-        layout: readings_at(0x9000, 8 << 10), // the partition nvs
+        layout: store_at(0x9000, 8 << 10), // the partition nvs
         line: port.split(),
         button: input(p.GPIO9.into()), // BOOT
+        light: output(p.GPIO21.into()),
     };
     scan(board).await;
 }

@@ -8,7 +8,7 @@ use embassy_nrf::nvmc::Nvmc;
 use embassy_nrf::twim::{self, Twim};
 use embassy_nrf::{Peri, bind_interrupts, peripherals};
 
-use crate::{Board, readings_at, scan};
+use crate::{Board, store_at, scan};
 
 bind_interrupts!(struct Interrupts {
     TWISPI0 => twim::InterruptHandler<peripherals::TWISPI0>;
@@ -46,6 +46,7 @@ async fn main(_spawner: Spawner) {
             axis(p.P1_07.into(), p.P1_08.into(), p.P1_10.into()),
             axis(p.P1_11.into(), p.P1_12.into(), p.P1_13.into()),
         ],
+        lamp: output(p.P1_14.into()),
         sensor: Twim::new(
             p.TWISPI0,
             Interrupts,
@@ -55,9 +56,10 @@ async fn main(_spawner: Spawner) {
             &mut bus,
         ),
         flash: Nvmc::new(p.NVMC),
-        layout: readings_at(960 << 10, 8 << 10),
+        layout: store_at(960 << 10, 8 << 10),
         line: port.split(),
         button: input(p.P0_11.into()), // button 1
+        light: output(p.P1_15.into()),
     };
     scan(board).await;
 }

@@ -9,7 +9,7 @@ use embassy_stm32::i2c::{self, I2c};
 use embassy_stm32::usart::{self, BufferedUart};
 use embassy_stm32::{Peri, bind_interrupts, dma, interrupt, peripherals, rcc};
 
-use crate::{Board, readings_at, scan};
+use crate::{Board, store_at, scan};
 
 bind_interrupts!(struct Interrupts {
     I2C1_EV => i2c::EventInterruptHandler<peripherals::I2C1>;
@@ -64,6 +64,7 @@ async fn main(_spawner: Spawner) {
             axis(p.PA10.into(), p.PB3.into(), p.PB5.into()),
             axis(p.PB10.into(), p.PB4.into(), p.PA8.into()),
         ],
+        lamp: output(p.PA9.into()),
         sensor: I2c::new(
             p.I2C1,
             p.PB8,
@@ -76,9 +77,10 @@ async fn main(_spawner: Spawner) {
         flash: Flash::new_blocking(p.FLASH)
             .into_blocking_regions()
             .bank1_region1,
-        layout: readings_at(16 << 10, 16 << 10),
+        layout: store_at(16 << 10, 16 << 10),
         line: (receiver, sender),
         button: ExtiInput::new(p.PC13, p.EXTI13, Pull::Up, Interrupts), // the blue one
+        light: output(p.PA5.into()),
     };
     scan(board).await;
 }

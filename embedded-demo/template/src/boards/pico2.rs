@@ -9,7 +9,7 @@ use embassy_rp::i2c::{self, I2c};
 use embassy_rp::{Peri, bind_interrupts, peripherals, usb};
 use embassy_usb::class::cdc_acm::{CdcAcmClass, State};
 
-use crate::{Board, readings_at, scan};
+use crate::{Board, store_at, scan};
 
 const FLASH_BYTES: usize = 4 << 20;
 
@@ -46,11 +46,13 @@ async fn main(_spawner: Spawner) {
             axis(p.PIN_12.into(), p.PIN_13.into(), p.PIN_14.into()),
             axis(p.PIN_15.into(), p.PIN_16.into(), p.PIN_17.into()),
         ],
+        lamp: output(p.PIN_18.into()),
         sensor: I2c::new_async(p.I2C0, p.PIN_5, p.PIN_4, Interrupts, Default::default()),
         flash: Flash::<_, _, FLASH_BYTES>::new_blocking(p.FLASH),
-        layout: readings_at(4032 << 10, 8 << 10),
+        layout: store_at(4032 << 10, 8 << 10),
         line: (receiver.into_buffered(&mut buffer), sender),
         button: input(p.PIN_20.into()),
+        light: output(p.PIN_25.into()),
     };
     join(port.build().run(), scan(board)).await;
 }
