@@ -51,7 +51,7 @@ pub enum State {
 /// An event that changes the state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
-    /// The host has carried out the request, or there is no host to ask.
+    /// The host has carried out the request, or no host exists.
     Accepted,
     /// The host has accepted values.
     Received {
@@ -72,7 +72,7 @@ pub enum Event {
     Restart,
 }
 
-/// The effect of a transition, besides the new state.
+/// The effect of a transition, in addition to the new state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Effect {
     /// Nothing else.

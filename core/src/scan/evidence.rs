@@ -1,4 +1,4 @@
-//! What a scan shows about itself in addition to its fit: room light, drift, and readings from before a restart.
+//! Checks of a scan in addition to its fit: room light, drift, and readings from before a restart.
 
 use serde::{Deserialize, Serialize};
 

@@ -65,7 +65,7 @@ pub(crate) struct Bench<'h> {
     pub(crate) corrupt: Box<dyn FnMut(Vec<u8>) -> Vec<u8> + 'h>,
     /// The device's own sensor.
     pub(crate) sensor: Box<dyn FnMut(u16) -> Reading + 'h>,
-    /// What the device's sensor reads with the lamp off, sr^-1.
+    /// The reading of the device's sensor with the lamp off, sr^-1.
     pub(crate) dark: f32,
     /// Delay of the host's reply in ms.
     pub(crate) delay: Box<dyn Fn(&Request) -> u64 + 'h>,
