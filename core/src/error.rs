@@ -403,8 +403,9 @@ error_codes! {
 }
 
 impl ErrorCode {
-    /// Returns true if the device's own arms, sensor or operator caused the error.
-    pub(crate) const fn is_machine(self) -> bool {
+    /// Returns true if the device's own arms, sensor, lamp or operator caused the error.
+    #[must_use]
+    pub const fn is_machine(self) -> bool {
         matches!(self.0, 96 | 128..=159)
     }
 }

@@ -5,36 +5,19 @@
 
 static GLIMPSE_MEMORY(memory, GLIMPSE_DRIVER_BYTES(RECIPE_WORDS));
 
-/* Memory that survives a reset, such as two sectors of flash. */
-#define SLOT_BYTES GLIMPSE_SAVED_BYTES(8)
-static uint8_t slots[2][SLOT_BYTES];
+/* Memory that survives a reset. In flash, an area is whole sectors. */
+#define AREA_BYTES GLIMPSE_STORE_BYTES(8)
+static uint8_t areas[2 * AREA_BYTES];
+static const glimpse_flash FLASH = {areas, read_flash, erase_flash, write_flash, 0, AREA_BYTES};
 
-/* Saves all readings of a scan. Without a scan, deletes them. */
-static glimpse_status save(const glimpse_scan *scan)
+/* Makes the reading that the driver requests. */
+static glimpse_status measure(glimpse_driver *driver, const glimpse_action *action)
 {
-    glimpse_saved saved = {{slots[0], slots[1]}, SLOT_BYTES};
-    glimpse_slot_write write;
-    uint8_t buffer[SLOT_BYTES];
-    glimpse_status status = scan ? glimpse_saved_write(&saved, scan, buffer, sizeof buffer, &write)
-                                 : glimpse_saved_clear(&saved, buffer, sizeof buffer, &write);
-    if (status != GLIMPSE_STATUS_OK) return status;
-    /* If erasing or writing fails, nothing else has to be done: the next call returns the same slot. */
-    memset(slots[write.slot], 0xFF, SLOT_BYTES);
-    memcpy(slots[write.slot], buffer, write.count);
-    return GLIMPSE_STATUS_OK;
-}
-
-/* Reads the sample with this index. A scanner would first move its arms to sample.directions. */
-static glimpse_status measure(glimpse_driver *driver, uint16_t index)
-{
-    const glimpse_scan *scan;
-    glimpse_sample sample;
     glimpse_reading reading;
-    glimpse_status status = glimpse_driver_scan(driver, &scan);
-    if (status == GLIMPSE_STATUS_OK) status = glimpse_scan_next(scan, index, &sample);
-    if (status == GLIMPSE_STATUS_OK) status = read_sensor(&sample, &reading);
+    int is_lit = action->purpose != GLIMPSE_PURPOSE_DARK; /* the lamp's switch */
+    glimpse_status status = read_sensor(&action->directions, is_lit, &reading);
     if (status != GLIMPSE_STATUS_OK) return status;
-    status = glimpse_driver_record(driver, index, &reading);
+    status = glimpse_driver_record(driver, action->index, &reading);
     /* The driver requests an invalid reading (64 or 65) again. */
     return status == GLIMPSE_STATUS_READING_NON_FINITE || status == GLIMPSE_STATUS_READING_NEGATIVE
                ? GLIMPSE_STATUS_OK
@@ -46,15 +29,14 @@ static glimpse_status begin(glimpse_driver **driver, const uint8_t *recipe, size
     glimpse_config config = glimpse_config_default(GLIMPSE_HOST_ABSENT);
     config.has_machine = 1;
     config.machine.limits.min_separation = 0.01f; /* before any move, the driver checks the whole recipe */
-    glimpse_saved saved = {{slots[0], slots[1]}, SLOT_BYTES};
-    return glimpse_driver_begin(memory, sizeof memory, recipe, recipe_bytes, &config, &saved, driver);
+    return glimpse_driver_begin(memory, sizeof memory, recipe, recipe_bytes, &config, &FLASH, driver);
 }
 
 static glimpse_status scan_material(const char *name, const uint8_t *recipe, size_t recipe_bytes)
 {
     glimpse_driver *driver;
     glimpse_status status = begin(&driver, recipe, recipe_bytes);
-    uint64_t now_ms = 0; /* the time of a monotonic clock */
+    uint32_t now_ms = 0; /* the time of a monotonic clock, which may wrap */
     int moves = 0, is_finished = 0, has_failed = 0;
     while (status == GLIMPSE_STATUS_OK) {
         /* With a serial line: first pass received bytes to glimpse_driver_receive(), send as many bytes of
@@ -67,11 +49,11 @@ static glimpse_status scan_material(const char *name, const uint8_t *recipe, siz
         switch (action.kind) {
         case GLIMPSE_ACTION_KIND_MEASURE:
             if (moves == 2 && !has_failed) {
-                status = glimpse_driver_fail(driver, GLIMPSE_STATUS_MACHINE); /* simulates a stalled motor */
+                status = glimpse_driver_fail(driver, GLIMPSE_STATUS_MACHINE, 0, 0); /* simulates a stalled motor */
                 break;
             }
             moves++;
-            status = measure(driver, action.index);
+            status = measure(driver, &action);
             break;
         case GLIMPSE_ACTION_KIND_FAILED:
             /* Nothing moves until somebody has cleared the fault. The readings are kept. */
@@ -80,22 +62,21 @@ static glimpse_status scan_material(const char *name, const uint8_t *recipe, siz
             status = glimpse_driver_resume(driver);
             break;
         case GLIMPSE_ACTION_KIND_SAVE:
-            status = save(scan);
+            status = glimpse_store_save(&FLASH, scan, action.index, action.has_reading ? &action.reading : NULL);
             if (moves == 5) status = begin(&driver, recipe, recipe_bytes); /* simulates a reset */
             break;
         case GLIMPSE_ACTION_KIND_FINISHED:
+            if (action.residual.implausible) return (glimpse_status)action.residual.implausible;
             is_finished = 1;
             print_number(name, ".moves=", (float)moves);
             status = print_fitted(name, scan);
             break;
         case GLIMPSE_ACTION_KIND_FORGET:
-            status = save(NULL);
+            status = glimpse_store_clear(&FLASH, scan);
             break;
         case GLIMPSE_ACTION_KIND_WAIT: /* sleep for glimpse_driver_poll_delay() or until a byte arrives */
             if (is_finished) return glimpse_driver_end(driver); /* or glimpse_driver_restart() */
             break;
-        case GLIMPSE_ACTION_KIND_STORE: /* write action.bytes of a new recipe */
-        case GLIMPSE_ACTION_KIND_INSTALL:
         case GLIMPSE_ACTION_KIND_CONTINUE:
         default:
             break;
@@ -106,7 +87,6 @@ static glimpse_status scan_material(const char *name, const uint8_t *recipe, siz
 
 int main(void)
 {
-    memset(slots, 0xFF, sizeof slots); /* erased flash */
     for (size_t i = 0; i < RECIPE_COUNT; i++) {
         size_t bytes = (size_t)(RECIPES[i].end - RECIPES[i].begin);
         glimpse_status status = scan_material(RECIPES[i].name, RECIPES[i].begin, bytes);

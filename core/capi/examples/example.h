@@ -32,9 +32,9 @@ static const struct {
 /* Words of the largest recipe, completed/neural-n8.recipe, as printed by trainer inspect. */
 #define RECIPE_WORDS 2211
 
-static inline float lobe(float sharpness, float theta_h)
+static inline float lobe(float sharpness, float squared_sine)
 {
-    float falloff = 1.0f + sharpness * theta_h * theta_h;
+    float falloff = 1.0f + sharpness * squared_sine;
     return 1.0f / (falloff * falloff);
 }
 
@@ -50,24 +50,48 @@ static const glimpse_calibration CALIBRATION = {
 };
 
 /* Reads the simulated material twice: a diffuse color, and a highlight of two widths. It uses only sums, products
-   and quotients, which every machine rounds identically. A scanner would instead move its arms to
-   sample->directions and read its sensor. */
-static inline glimpse_status read_sensor(const glimpse_sample *sample, glimpse_reading *reading)
+   and quotients, which every machine rounds identically. A scanner would instead move its arms to these directions,
+   switch its lamp on or off, and read its sensor. */
+static inline glimpse_status read_sensor(const glimpse_directions *at, int is_lit, glimpse_reading *reading)
 {
-    float lobes = (8.0f * lobe(40.0f, sample->theta_h) + lobe(0.1f * 40.0f, sample->theta_h)) / 9.0f;
-    float grazing = 1.0f + 0.2f * sample->theta_d * sample->theta_d;
+    float half[3];
+    for (int i = 0; i < 3; i++) half[i] = at->incoming[i] + at->outgoing[i];
+    float across = half[0] * half[0] + half[1] * half[1], squared = across + half[2] * half[2];
+    float from_normal = across / squared; /* squared sine of theta_h */
+    float lobes = (8.0f * lobe(40.0f, from_normal) + lobe(0.1f * 40.0f, from_normal)) / 9.0f;
+    float grazing = 1.0f + 0.2f * (1.0f - 0.25f * squared); /* squared sine of theta_d */
     float highlight = 0.9f * lobes * grazing;
+    float light = is_lit ? 9000.0f * at->incoming[2] : 0.0f;
     float brdf[3] = {0.12f + highlight, 0.05f + highlight, 0.03f + 0.9f * highlight};
     glimpse_repeated repeated = {0};
     glimpse_status status = GLIMPSE_STATUS_OK;
     for (int time = 0; time < 2 && status == GLIMPSE_STATUS_OK; time++) {
         float counts[3];
         for (int channel = 0; channel < 3; channel++)
-            counts[channel] = 100.0f + (float)time + 9000.0f * brdf[channel] * sample->directions.incoming[2];
+            counts[channel] = 100.0f + (float)time + light * brdf[channel];
         status = glimpse_repeated_add(&repeated, counts, 0);
     }
     if (status != GLIMPSE_STATUS_OK) return status;
-    return glimpse_calibrate(&CALIBRATION, repeated.mean, &sample->directions, reading);
+    return glimpse_calibrate(&CALIBRATION, repeated.mean, at, reading);
+}
+
+/* A flash in RAM. */
+static inline int read_flash(void *flash, uint32_t offset, uint8_t *bytes, size_t count)
+{
+    memcpy(bytes, (uint8_t *)flash + offset, count);
+    return 0;
+}
+
+static inline int erase_flash(void *flash, uint32_t from, uint32_t to)
+{
+    memset((uint8_t *)flash + from, 0xFF, to - from);
+    return 0;
+}
+
+static inline int write_flash(void *flash, uint32_t offset, const uint8_t *bytes, size_t count)
+{
+    memcpy((uint8_t *)flash + offset, bytes, count);
+    return 0;
 }
 
 /* Prints the bits of a number as hexadecimal digits, and a space. */

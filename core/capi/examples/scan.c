@@ -39,7 +39,7 @@ static glimpse_status scan_material(const char *name, const uint8_t *recipe, siz
         glimpse_sample sample;
         glimpse_reading reading;
         status = glimpse_scan_next(scan, move.index, &sample);
-        if (status == GLIMPSE_STATUS_OK) status = read_sensor(&sample, &reading);
+        if (status == GLIMPSE_STATUS_OK) status = read_sensor(&sample.directions, 1, &reading);
         if (status == GLIMPSE_STATUS_OK) status = glimpse_scan_record(scan, move.index, &reading, NULL);
         if (status != GLIMPSE_STATUS_OK) return status;
         arms = move.arms;

@@ -26,7 +26,7 @@
  *   handle was begun there. After another begin of the same kind the handle is that of the new one.
  * - The caller guarantees that a pointer that is neither null nor misaligned points to the stated number of
  *   values of its type. Pointers to results must not overlap each other, or the memory of a scan or driver.
- * - No call waits. The duration of a call depends only on its work.
+ * - No call waits, except in the callbacks of glimpse_flash. The duration of a call depends only on its work.
  *
  * This file is generated from core/capi/src by cbindgen. SPDX-License-Identifier: MIT OR Apache-2.0
  */
@@ -45,24 +45,14 @@
 
 /** Bytes of static memory for a scan. The parameter is the recipe's memory in words of 4 bytes, as
     trainer inspect prints it. glimpse_scan_bytes() returns the exact size at run time. */
-#define GLIMPSE_SCAN_BYTES(words) (66 * sizeof(void *) + 168 + 4 * (size_t)(words))
+#define GLIMPSE_SCAN_BYTES(words) (69 * sizeof(void *) + 160 + 4 * (size_t)(words))
 
 /** Bytes of static memory for a driver. glimpse_driver_bytes() returns the exact size at run time. */
-#define GLIMPSE_DRIVER_BYTES(words) (GLIMPSE_SCAN_BYTES(words) + 720)
+#define GLIMPSE_DRIVER_BYTES(words) (GLIMPSE_SCAN_BYTES(words) + 648)
 
-/** Maximum memory, in words, of a Phong recipe with up to the given number of samples. Use it for firmware
-    whose recipe is replaced in the field. With several models use the largest of these values. A recipe
-    may have up to 24 components, as those of the trainer, and Gauss-Newton steps. */
-#define GLIMPSE_PHONG_WORDS(samples) (14 * (samples) + 910)
-
-/** The same for Cook-Torrance. */
-#define GLIMPSE_COOK_TORRANCE_WORDS(samples) (14 * (samples) + 921)
-
-/** The same for Neural. */
-#define GLIMPSE_NEURAL_WORDS(samples) (14 * (samples) + 2427)
-
-/** Bytes of a slot of saved readings, for recipes of up to the given number of samples. */
-#define GLIMPSE_SAVED_BYTES(samples) (14 + 15 * (size_t)(samples))
+/** The smallest length of an area of glimpse_flash, in bytes, for recipes of up to the given number of
+    samples. Round it up to whole sectors. */
+#define GLIMPSE_STORE_BYTES(samples) (32 * ((uint32_t)(samples) + 8))
 
 /** Declares memory: static GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES(1431)); */
 #ifdef __cplusplus
@@ -107,7 +97,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_ARGUMENT_MEMORY = -5,
     /**
-     * argument `recipe`: null, too long, or rejected although it is usable
+     * argument `recipe`: null or too long
      */
     GLIMPSE_STATUS_ARGUMENT_RECIPE = -6,
     /**
@@ -135,9 +125,9 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_ARGUMENT_ARMS = -12,
     /**
-     * argument `saved`: null or misaligned, or one of its slots is null or too long
+     * argument `flash`: null or misaligned, or one of its callbacks is null
      */
-    GLIMPSE_STATUS_ARGUMENT_SAVED = -13,
+    GLIMPSE_STATUS_ARGUMENT_FLASH = -13,
     /**
      * argument `reading`: null or misaligned
      */
@@ -151,7 +141,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_ARGUMENT_BYTES = -16,
     /**
-     * argument `failure`: neither GLIMPSE_STATUS_MACHINE nor GLIMPSE_STATUS_STORAGE
+     * argument `failure`: neither a failure of the machine (GLIMPSE_STATUS_MACHINE, or 128 to 159) nor GLIMPSE_STATUS_STORAGE
      */
     GLIMPSE_STATUS_ARGUMENT_FAILURE = -17,
     /**
@@ -167,9 +157,9 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_ARGUMENT_REPEATED = -20,
     /**
-     * argument `buffer` or `values`: null, misaligned or too long
+     * argument `values`: null or misaligned
      */
-    GLIMPSE_STATUS_ARGUMENT_BUFFER = -21,
+    GLIMPSE_STATUS_ARGUMENT_VALUES = -21,
     /**
      * argument for a result: null or misaligned
      */
@@ -215,13 +205,9 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_NOT_SCANNING = 22,
     /**
-     * no intact readings are saved: read all samples
+     * the store's areas are too small, beyond the flash, or not whole sectors: change the layout
      */
-    GLIMPSE_STATUS_SAVED_DAMAGED = 23,
-    /**
-     * the saved readings belong to another recipe: read all samples
-     */
-    GLIMPSE_STATUS_SAVED_RECIPE = 24,
+    GLIMPSE_STATUS_STORE_LAYOUT = 23,
     /**
      * the white is not brighter than dark: check the lamp, and the order of both
      */
@@ -425,11 +411,7 @@ enum glimpse_status
     /**
      * the host refused because it has not sent this reading: read all samples again
      */
-    GLIMPSE_STATUS_REFUSED_SAVED = 103,
-    /**
-     * the host refused because this is not the recipe that it offered: fetch it again
-     */
-    GLIMPSE_STATUS_REFUSED_RECIPE = 104,
+    GLIMPSE_STATUS_REFUSED_RESTORED = 103,
     /**
      * samples of the recipe are out of reach: train within the machine's limits
      */
@@ -439,7 +421,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_REFUSED_REQUEST = 106,
     /**
-     * the device could not store the recipe: check its flash
+     * the flash could not be read, written or erased: check the layout's offset
      */
     GLIMPSE_STATUS_STORAGE = 108,
     /**
@@ -555,6 +537,10 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_DIRECTION = 142,
     /**
+     * the pin of the lamp returned an error: check its configuration
+     */
+    GLIMPSE_STATUS_LAMP_PIN = 143,
+    /**
      * the sensor does not answer: check its wiring and supply
      */
     GLIMPSE_STATUS_SENSOR = 144,
@@ -631,29 +617,22 @@ enum glimpse_action_kind
     /**
      * Move the arms to `directions`, read the sensor, then call glimpse_driver_record() with `index`. If only
      * this sample cannot be read, call glimpse_driver_skip(). If arms or sensor failed, call
-     * glimpse_driver_fail(). The driver repeats this action until one of these calls. The firmware may read
-     * any other pending sample instead, such as that of glimpse_machine_nearest().
+     * glimpse_driver_fail(). The driver repeats this action until one of these calls.
+     *
+     * Switch the lamp off if `purpose` is GLIMPSE_PURPOSE_DARK. If it is GLIMPSE_PURPOSE_SAMPLE, the firmware
+     * may read any other pending sample instead, such as that of glimpse_machine_nearest().
      */
     GLIMPSE_ACTION_KIND_MEASURE = 2,
     /**
-     * Save `index` and `reading` in memory that survives a reset: glimpse_saved_write() saves all readings.
+     * Save `reading` of the sample `index` in memory that survives a reset, or without `has_reading` that it
+     * was skipped: glimpse_store_save().
      */
     GLIMPSE_ACTION_KIND_SAVE = 3,
     /**
-     * Delete all saved readings: glimpse_saved_clear().
+     * Delete all saved readings: glimpse_store_clear(). If this fails, try again before the next scan: a
+     * reset would restore them.
      */
     GLIMPSE_ACTION_KIND_FORGET = 4,
-    /**
-     * Write `byte_count` bytes of `bytes` at `offset` of a new recipe, separate from the present one. A new
-     * recipe begins at offset 0. If this fails, call glimpse_driver_fail() with GLIMPSE_STATUS_STORAGE.
-     */
-    GLIMPSE_ACTION_KIND_STORE = 5,
-    /**
-     * The new recipe of `offset` bytes is complete, and should have `checksum`. If its
-     * glimpse_driver_bytes() are neither 0 nor larger than the memory, begin a driver with it; else call
-     * glimpse_driver_reject().
-     */
-    GLIMPSE_ACTION_KIND_INSTALL = 6,
     /**
      * The fit is complete, with `residual`. It may be implausible: check residual.implausible first.
      * glimpse_driver_scan() has the fitted material until the next scan.
@@ -662,12 +641,12 @@ enum glimpse_action_kind
      * accepted it. With GLIMPSE_HOST_MEASURES the next scan begins afterwards. Otherwise call
      * glimpse_driver_restart().
      */
-    GLIMPSE_ACTION_KIND_FINISHED = 7,
+    GLIMPSE_ACTION_KIND_FINISHED = 5,
     /**
      * The scan has failed because of `failure`, or its result was refused. The readings are kept, and
      * nothing moves until glimpse_driver_resume() or glimpse_driver_restart().
      */
-    GLIMPSE_ACTION_KIND_FAILED = 8,
+    GLIMPSE_ACTION_KIND_FAILED = 6,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -737,6 +716,35 @@ enum glimpse_host
 typedef enum glimpse_host glimpse_host;
 #else
 typedef int32_t glimpse_host;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * The purpose of a reading.
+ */
+enum glimpse_purpose
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * A reading for the fit.
+     */
+    GLIMPSE_PURPOSE_SAMPLE = 0,
+    /**
+     * A reading with the lamp off: 0, but for room light and noise.
+     */
+    GLIMPSE_PURPOSE_DARK = 1,
+    /**
+     * The first sample again: the same reading, unless lamp, room light or axes have drifted.
+     */
+    GLIMPSE_PURPOSE_AGAIN = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum glimpse_purpose glimpse_purpose;
+#else
+typedef int32_t glimpse_purpose;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -907,33 +915,42 @@ typedef struct glimpse_recorded {
 } glimpse_recorded;
 
 /**
- * Both slots of memory that survives a reset: battery-backed RAM, or sectors of flash that are erased one at
- * a time. Each function finds the intact slot with the later readings, so nothing else has to survive.
+ * A place in flash for the readings of a scan: two areas, one after the other. They need no preparation, and
+ * nothing else has to survive a reset.
+ *
+ * After a power cut or an error, the flash has the content before the call of a function or after it. Each
+ * function deletes readings of a recipe other than the scan's.
+ *
+ * The callbacks return 0 on success. They must not call functions of the scan or driver.
  */
-typedef struct glimpse_saved {
+typedef struct glimpse_flash {
     /**
-     * The content of each slot: the slot itself, or a copy if it is not in the address space.
+     * Passed to the callbacks; may be null.
      */
-    const uint8_t *slots[2];
+    void *context;
     /**
-     * Size of a slot: GLIMPSE_SAVED_BYTES of the recipe's samples, or more.
+     * Reads `count` bytes.
      */
-    size_t slot_bytes;
-} glimpse_saved;
-
-/**
- * Bytes to write to a slot.
- */
-typedef struct glimpse_slot_write {
+    int (*read)(void *context, uint32_t offset, uint8_t *bytes, size_t count);
     /**
-     * The slot to erase and write: 0 or 1.
+     * Erases the bytes at offsets from `from` to `to` - 1, which are a whole area, to 0xFF.
      */
-    size_t slot;
+    int (*erase)(void *context, uint32_t from, uint32_t to);
     /**
-     * Number of bytes, from the start of the buffer to the start of the slot.
+     * Writes 32 bytes, at a multiple of 32 bytes from `start`. Each place is written at most once after an
+     * erase.
      */
-    size_t count;
-} glimpse_slot_write;
+    int (*write)(void *context, uint32_t offset, const uint8_t *bytes, size_t count);
+    /**
+     * Offset of the first area: a multiple of the length of a sector.
+     */
+    uint32_t start;
+    /**
+     * Length of an area: whole sectors, at least GLIMPSE_STORE_BYTES of the recipe's samples. Larger areas
+     * are erased less often.
+     */
+    uint32_t area_bytes;
+} glimpse_flash;
 
 /**
  * Progress of a fit in units of work. A unit is the gradient at one sample, one row or channel of Linear's
@@ -985,6 +1002,20 @@ typedef struct glimpse_residual {
      * (84 to 95). 0 if it is plausible.
      */
     int32_t implausible;
+    /**
+     * The largest channel of the readings with the lamp off, relative to the mean reading. NAN if it was not
+     * read, as without a driver.
+     */
+    float dark;
+    /**
+     * The largest change of the first sample, read again at the end, relative to it, or to the mean reading
+     * if that is larger. NAN if it was not read.
+     */
+    float drift;
+    /**
+     * Number of readings from before a restart of the device. 0 without a driver.
+     */
+    uint16_t restored;
 } glimpse_residual;
 
 /**
@@ -1163,8 +1194,8 @@ typedef struct glimpse_config {
      */
     struct glimpse_machine machine;
     /**
-     * Seed of the sequence numbers on the link. It must differ from the seeds of all earlier
-     * drivers of this device: a boot counter, a random number, or the value of a free-running timer.
+     * Seed of the sequence numbers on the link. It must differ from the seeds of all earlier drivers of this
+     * device: the result of glimpse_store_count_boot(), a random number, or the value of a free-running timer.
      */
     uint32_t sequence_seed;
     /**
@@ -1172,8 +1203,7 @@ typedef struct glimpse_config {
      */
     uint32_t steps_per_poll;
     /**
-     * Interval of retransmissions of a request without a reply, in ms. The intervals of a greeting without a
-     * timeout double up to 1.6 s.
+     * Interval of retransmissions of a request without a reply, in ms.
      */
     uint32_t retransmit_interval_ms;
     /**
@@ -1186,9 +1216,18 @@ typedef struct glimpse_config {
      */
     uint32_t measure_timeout_ms;
     /**
-     * Maximum size of a recipe that the device can store, in bytes. 0 if it stores none.
+     * The largest glimpse_residual.dark of a plausible result. 0: not limited, and the lamp is never switched
+     * off.
      */
-    uint32_t recipe_bytes;
+    float max_dark;
+    /**
+     * The largest glimpse_residual.drift of a plausible result. 0: not limited, and no sample is read again.
+     */
+    float max_drift;
+    /**
+     * The largest share of saturated readings of a plausible result. 0: not limited.
+     */
+    float max_saturated;
     /**
      * Loss at which a scan stops before all samples are read; 0 for none. After each reading, the driver
      * fits the readings that it has. If glimpse_fitted.loss_bound is at most this loss, it skips the
@@ -1213,13 +1252,9 @@ typedef struct glimpse_action {
      */
     glimpse_status failure;
     /**
-     * Offset of the bytes in a new recipe, or its length.
+     * Purpose of a reading: one of glimpse_purpose.
      */
-    uint32_t offset;
-    /**
-     * Expected checksum in the header of a new recipe.
-     */
-    uint32_t checksum;
+    int32_t purpose;
     /**
      * Directions of light and sensor.
      */
@@ -1237,13 +1272,9 @@ typedef struct glimpse_action {
      */
     uint16_t index;
     /**
-     * Number of bytes to store.
+     * 0 if the sample was skipped: save the skip.
      */
-    uint16_t byte_count;
-    /**
-     * The bytes to store.
-     */
-    uint8_t bytes[60];
+    uint8_t has_reading;
 } glimpse_action;
 
 #ifdef __cplusplus
@@ -1392,52 +1423,55 @@ glimpse_status glimpse_scan_reading(const struct glimpse_scan *scan,
                                     struct glimpse_reading *reading);
 
 /**
- * Records the readings that survived a reset. Call it after glimpse_scan_begin(); glimpse_driver_begin()
- * does it for a driver. After an error the scan is unchanged: read all samples.
+ * Counts a boot, for glimpse_config.sequence_seed. Call it once after each reset. The scan may have begun in
+ * the memory in which glimpse_driver_begin() then begins a driver with the same recipe.
  *
- * @param saved  Both slots.
+ * @param flash  The flash.
+ * @param scan   The scan, or that of a driver.
+ * @param boots  Receives the number of boots, including this one.
+ * @return GLIMPSE_STATUS_STORAGE if a callback fails; GLIMPSE_STATUS_STORE_LAYOUT if the areas are too
+ *         small, or start or length is not a multiple of 32.
+ */
+glimpse_status glimpse_store_count_boot(const struct glimpse_flash *flash,
+                                        const struct glimpse_scan *scan,
+                                        uint32_t *boots);
+
+/**
+ * Records the saved readings and skips in a scan. Call it after glimpse_scan_begin(); glimpse_driver_begin()
+ * does it for a driver. An error while it reads leaves some of them in the scan.
+ *
+ * @param flash  The flash.
  * @param scan   The scan.
  * @param count  Receives the number of readings, or null.
- * @return GLIMPSE_STATUS_SAVED_DAMAGED if neither slot is intact, for example because both are erased;
- *         GLIMPSE_STATUS_SAVED_RECIPE if the readings belong to another recipe;
- *         GLIMPSE_STATUS_READING_... if a reading is invalid.
+ * @return As glimpse_store_count_boot().
  */
-glimpse_status glimpse_saved_restore(const struct glimpse_saved *saved,
+glimpse_status glimpse_store_restore(const struct glimpse_flash *flash,
                                      struct glimpse_scan *scan,
-                                     size_t *count);
+                                     uint16_t *count);
 
 /**
- * Encodes all readings of a scan for the slot that is not needed. Erase that slot, and write the bytes to
- * its start. The other slot has the previous readings, which stay intact if this write fails or is
- * interrupted: the next call then returns the same slot again. Skipped samples are not saved.
+ * Saves a reading. It replaces an earlier one of the same sample.
  *
- * @param saved     Both slots, as they are now. The buffer must not overlap them.
- * @param scan      The scan, or that of a driver.
- * @param buffer    Receives the bytes.
- * @param capacity  Its size: GLIMPSE_SAVED_BYTES of the recipe's samples.
- * @param write     Receives the slot and the number of bytes.
- * @return GLIMPSE_STATUS_BUFFER_TOO_SMALL if the buffer is too small for the readings.
+ * @param flash    The flash.
+ * @param scan     The scan, or that of a driver. Its own readings are not used.
+ * @param index    Index of the sample in the pattern.
+ * @param reading  The reading; null if the sample was skipped.
+ * @return As glimpse_store_count_boot(), or GLIMPSE_STATUS_READING_... if the reading is invalid.
  */
-glimpse_status glimpse_saved_write(const struct glimpse_saved *saved,
-                                   const struct glimpse_scan *scan,
-                                   uint8_t *buffer,
-                                   size_t capacity,
-                                   struct glimpse_slot_write *write);
+glimpse_status glimpse_store_save(const struct glimpse_flash *flash,
+                                  const struct glimpse_scan *scan,
+                                  uint16_t index,
+                                  const struct glimpse_reading *reading);
 
 /**
- * Encodes an empty list of readings, which deletes the saved ones. Write it like the result of
- * glimpse_saved_write().
+ * Deletes all saved readings.
  *
- * @param saved     Both slots, as they are now.
- * @param buffer    Receives the bytes.
- * @param capacity  Its size: at least GLIMPSE_SAVED_BYTES(0).
- * @param write     Receives the slot and the number of bytes.
- * @return GLIMPSE_STATUS_BUFFER_TOO_SMALL if the buffer is too small.
+ * @param flash  The flash.
+ * @param scan   The scan, or that of a driver. Its own readings stay.
+ * @return As glimpse_store_count_boot().
  */
-glimpse_status glimpse_saved_clear(const struct glimpse_saved *saved,
-                                   uint8_t *buffer,
-                                   size_t capacity,
-                                   struct glimpse_slot_write *write);
+glimpse_status glimpse_store_clear(const struct glimpse_flash *flash,
+                                   const struct glimpse_scan *scan);
 
 /**
  * Begins a fit of all readings. An earlier fit is dropped.
@@ -1596,7 +1630,6 @@ glimpse_status glimpse_repeated_add(struct glimpse_repeated *repeated,
 /**
  * Returns the size of the memory that glimpse_driver_begin() needs with a recipe, in bytes. Returns 0 if
  * this library does not accept the recipe: glimpse_recipe_describe() returns the reason.
- * GLIMPSE_DRIVER_BYTES(0) bytes are enough for a driver without a usable recipe.
  *
  * @param recipe  The recipe, with any alignment.
  * @param count   Number of bytes.
@@ -1606,8 +1639,10 @@ size_t glimpse_driver_bytes(const uint8_t *recipe,
 
 /**
  * Returns the default options: no machine, seed 0, 8 steps per poll, retransmissions after 0.1 s, a timeout
- * of 2 s for replies and of 60 s for readings, three attempts, no storage for recipes, and no target loss.
- * The field `machine` is that of glimpse_machine_default(), without effect until `has_machine` is set.
+ * of 2 s for replies and of 60 s for readings, three attempts, no target loss, and limits of 5 % of light
+ * with the lamp off, of 5 % of drift, and of a quarter of saturated readings. If the lamp cannot be switched,
+ * set `max_dark` to 0. The field `machine` is that of glimpse_machine_default(), without effect until
+ * `has_machine` is set.
  *
  * @param host  One of glimpse_host.
  */
@@ -1616,30 +1651,26 @@ struct glimpse_config glimpse_config_default(int32_t host);
 /**
  * Begins a driver. Memory and recipe are as for glimpse_scan_begin().
  *
- * An unusable recipe is not an error here: it may be damaged, have another model, or need more memory. The
- * driver then reports the failure to the host, requests another recipe if it can store one, and
- * returns GLIMPSE_ACTION_KIND_FAILED. Without a recipe, pass null and 0.
- *
  * @param memory        The caller's memory, aligned to GLIMPSE_ALIGNMENT.
  * @param memory_bytes  Its size: glimpse_driver_bytes() of the recipe.
  * @param recipe        The recipe, which must not change while the driver is in use.
  * @param recipe_bytes  Number of bytes of the recipe.
  * @param config        The options; they are copied.
- * @param saved         Both slots of saved readings, or null. They are restored as by
- *                      glimpse_saved_restore(); without intact readings of this recipe, all samples are
- *                      read. A host that measures confirms that restored readings are still valid.
- *                      The slots are not used after this call.
- * @param driver        Receives the handle, a pointer into the memory; null after an error.
- * @return GLIMPSE_STATUS_MEMORY if the memory is too small for any driver;
- *         GLIMPSE_STATUS_ARGUMENT_HOST, GLIMPSE_STATUS_ARGUMENT_MACHINE or
- *         GLIMPSE_STATUS_ARGUMENT_TARGET_LOSS if an option is invalid.
+ * @param flash         The flash with saved readings of an interrupted scan, or null. They are restored as by
+ *                      glimpse_store_restore(). A host that measures confirms that they are still valid.
+ *                      With other hosts, pass it only if the material is the same. It is not used after
+ *                      this call.
+ * @param driver        Receives the handle, a pointer into the memory; null after an error. An error of the
+ *                      flash may end the use of an earlier handle in the memory.
+ * @return As glimpse_scan_begin() and glimpse_store_restore(); GLIMPSE_STATUS_ARGUMENT_HOST,
+ *         GLIMPSE_STATUS_ARGUMENT_MACHINE or GLIMPSE_STATUS_ARGUMENT_TARGET_LOSS if an option is invalid.
  */
 glimpse_status glimpse_driver_begin(void *memory,
                                     size_t memory_bytes,
                                     const uint8_t *recipe,
                                     size_t recipe_bytes,
                                     const struct glimpse_config *config,
-                                    const struct glimpse_saved *saved,
+                                    const struct glimpse_flash *flash,
                                     struct glimpse_driver **driver);
 
 /**
@@ -1653,23 +1684,24 @@ glimpse_status glimpse_driver_end(struct glimpse_driver *driver);
  * time of steps_per_poll units of the fit.
  *
  * @param driver  The driver.
- * @param now_ms  The time of a monotonic clock with any origin, in ms.
+ * @param now_ms  The time of a monotonic clock with any origin, in ms. After UINT32_MAX it continues with 0,
+ *                as that of HAL_GetTick() does after 49.7 days.
  * @param action  Receives the action.
  */
 glimpse_status glimpse_driver_poll(struct glimpse_driver *driver,
-                                   uint64_t now_ms,
+                                   uint32_t now_ms,
                                    struct glimpse_action *action);
 
 /**
  * Returns the time until the next necessary poll.
  *
  * @param driver    The driver.
- * @param now_ms    The time, as for glimpse_driver_poll().
+ * @param now_ms    The time, as for glimpse_driver_poll(), at or after the last poll.
  * @param delay_ms  Receives the time in ms. UINT32_MAX if there is none: then only a received byte, a
  *                  sent byte or another call changes the driver's state.
  */
 glimpse_status glimpse_driver_poll_delay(const struct glimpse_driver *driver,
-                                         uint64_t now_ms,
+                                         uint32_t now_ms,
                                          uint32_t *delay_ms);
 
 /**
@@ -1704,7 +1736,8 @@ glimpse_status glimpse_driver_outgoing(const struct glimpse_driver *driver,
 glimpse_status glimpse_driver_sent(struct glimpse_driver *driver, size_t count);
 
 /**
- * Records a reading of the device's own sensor. Samples may come in any order. After
+ * Records a reading of the device's own sensor. Samples may come in any order. If the driver has requested a
+ * reading for another purpose than GLIMPSE_PURPOSE_SAMPLE, a reading with its index is that one. After
  * glimpse_config.attempts invalid readings of a sample, the driver skips it if the recipe tolerates missing
  * readings. Otherwise the scan fails.
  *
@@ -1712,21 +1745,23 @@ glimpse_status glimpse_driver_sent(struct glimpse_driver *driver, size_t count);
  * @param index    Index of the sample in the pattern.
  * @param reading  The reading; it is copied.
  * @return GLIMPSE_STATUS_READING_... if the reading is invalid: the driver requests it again, so the
- *         firmware may ignore this status; GLIMPSE_STATUS_NOT_SCANNING if the scan is finished, has failed
- *         or does not exist.
+ *         firmware may ignore this status; GLIMPSE_STATUS_NOT_SCANNING if the scan is finished or has
+ *         failed.
  */
 glimpse_status glimpse_driver_record(struct glimpse_driver *driver,
                                      uint16_t index,
                                      const struct glimpse_reading *reading);
 
 /**
- * Skips a sample that cannot be read. A later glimpse_driver_record() of the sample undoes this.
+ * Skips a sample that cannot be read. A later glimpse_driver_record() of the sample undoes this. If the
+ * driver has requested a reading for another purpose with this index, it goes on without that one.
  *
  * @param driver  The driver.
  * @param index   Index of the sample in the pattern.
  * @return As glimpse_scan_skip(), or GLIMPSE_STATUS_NOT_SCANNING as glimpse_driver_record().
  */
-glimpse_status glimpse_driver_skip(struct glimpse_driver *driver, uint16_t index);
+glimpse_status glimpse_driver_skip(struct glimpse_driver *driver,
+                                   uint16_t index);
 
 /**
  * Skips all pending samples, so that the fit uses only the recorded readings.
@@ -1741,27 +1776,18 @@ glimpse_status glimpse_driver_finish_early(struct glimpse_driver *driver);
  * It requests no further move until glimpse_driver_resume() or glimpse_driver_restart().
  *
  * @param driver   The driver.
- * @param failure  GLIMPSE_STATUS_MACHINE if the device's own arms or sensor failed; GLIMPSE_STATUS_STORAGE
- *                 if it could not store a recipe, which the driver then fetches again later.
+ * @param failure  The failure of the device's own arms, sensor or lamp, or its operator's stop:
+ *                 GLIMPSE_STATUS_MACHINE, or GLIMPSE_STATUS_STOPPED to GLIMPSE_STATUS_NOT_CALIBRATED (128 to
+ *                 148); GLIMPSE_STATUS_STORAGE if its flash failed.
+ * @param first    The first detail of this failure in the table of core/src/error.rs, which the host
+ *                 displays; 0 if it has none. Axes have the numbers 0 to 3, in the order of glimpse_arms.
+ * @param second   The second detail.
  * @return GLIMPSE_STATUS_ARGUMENT_FAILURE for another failure: then nothing changes.
  */
 glimpse_status glimpse_driver_fail(struct glimpse_driver *driver,
-                                   int32_t failure);
-
-/**
- * Stops the scan like glimpse_driver_fail(), because the stored recipe is unusable, and reports the reason
- * to the host. Call it after GLIMPSE_ACTION_KIND_INSTALL if glimpse_driver_bytes() of the stored recipe is
- * 0 or larger than this driver's memory. The present recipe stays in use. The driver does not fetch the
- * other one again.
- *
- * @param driver  The driver.
- * @param recipe  The stored recipe.
- * @param count   Number of bytes.
- * @return GLIMPSE_STATUS_ARGUMENT_RECIPE if the recipe is usable; then nothing changes.
- */
-glimpse_status glimpse_driver_reject(struct glimpse_driver *driver,
-                                     const uint8_t *recipe,
-                                     size_t count);
+                                   int32_t failure,
+                                   uint32_t first,
+                                   uint32_t second);
 
 /**
  * Continues a scan that has failed, with the readings that it has. With a host, the driver greets it after
@@ -1781,8 +1807,7 @@ glimpse_status glimpse_driver_restart(struct glimpse_driver *driver);
  * driver at any time. Functions that change a scan refuse it with GLIMPSE_STATUS_READ_ONLY.
  *
  * @param driver  The driver.
- * @param scan    Receives the scan; null if there is none.
- * @return GLIMPSE_STATUS_NOT_SCANNING if the driver has no scan, because its recipe is unusable.
+ * @param scan    Receives the scan; null after an error.
  */
 glimpse_status glimpse_driver_scan(const struct glimpse_driver *driver,
                                    const struct glimpse_scan **scan);

@@ -6,23 +6,22 @@ use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::{Limits, Machine};
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::Saved;
+use glimpse_core::store::Store;
 
 use crate::handle::{
     CDriver, CScan, Handle, Memory, bytes_for, driver as shared, driver_mut, exclusive,
-    glimpse_driver, glimpse_scan, scan as scan_of,
+    glimpse_driver, glimpse_scan,
 };
 use crate::pointer::{Out, copy, slice, status};
-use crate::scan::slots;
 use crate::status::glimpse_status;
+use crate::store::mount;
 use crate::types::{
-    glimpse_action, glimpse_action_kind as Kind, glimpse_config, glimpse_host, glimpse_reading,
-    glimpse_saved,
+    glimpse_action, glimpse_action_kind as Kind, glimpse_config, glimpse_flash, glimpse_host,
+    glimpse_reading,
 };
 
 /// Returns the size of the memory that glimpse_driver_begin() needs with a recipe, in bytes. Returns 0 if
 /// this library does not accept the recipe: glimpse_recipe_describe() returns the reason.
-/// GLIMPSE_DRIVER_BYTES(0) bytes are enough for a driver without a usable recipe.
 ///
 /// @param recipe  The recipe, with any alignment.
 /// @param count   Number of bytes.
@@ -33,8 +32,10 @@ pub unsafe extern "C" fn glimpse_driver_bytes(recipe: *const u8, count: usize) -
 }
 
 /// Returns the default options: no machine, seed 0, 8 steps per poll, retransmissions after 0.1 s, a timeout
-/// of 2 s for replies and of 60 s for readings, three attempts, no storage for recipes, and no target loss.
-/// The field `machine` is that of glimpse_machine_default(), without effect until `has_machine` is set.
+/// of 2 s for replies and of 60 s for readings, three attempts, no target loss, and limits of 5 % of light
+/// with the lamp off, of 5 % of drift, and of a quarter of saturated readings. If the lamp cannot be switched,
+/// set `max_dark` to 0. The field `machine` is that of glimpse_machine_default(), without effect until
+/// `has_machine` is set.
 ///
 /// @param host  One of glimpse_host.
 #[unsafe(no_mangle)]
@@ -50,7 +51,9 @@ pub extern "C" fn glimpse_config_default(host: i32) -> glimpse_config {
         retransmit_interval_ms: config.retransmit_interval_ms,
         reply_timeout_ms: config.reply_timeout_ms,
         measure_timeout_ms: config.measure_timeout_ms,
-        recipe_bytes: config.recipe_bytes,
+        max_dark: config.limits.dark,
+        max_drift: config.limits.drift,
+        max_saturated: config.limits.saturated,
         target_loss: 0.0,
     }
 }
@@ -63,16 +66,17 @@ impl glimpse_config {
             host if host == glimpse_host::Absent as i32 => Host::Absent,
             _ => return Err(glimpse_status::ArgumentHost),
         });
-        if self.has_machine != 0 {
-            config.machine = Some(self.machine.validated()?);
-        }
+        let machine = (self.has_machine != 0).then(|| self.machine.validated());
+        config.machine = machine.transpose()?;
         config.sequence_seed = self.sequence_seed;
         config.steps_per_poll = self.steps_per_poll;
         config.retransmit_interval_ms = self.retransmit_interval_ms;
         config.reply_timeout_ms = self.reply_timeout_ms;
         config.measure_timeout_ms = self.measure_timeout_ms;
         config.attempts = self.attempts;
-        config.recipe_bytes = self.recipe_bytes;
+        config.limits.dark = self.max_dark;
+        config.limits.drift = self.max_drift;
+        config.limits.saturated = self.max_saturated;
         if self.target_loss.is_nan() || self.target_loss < 0.0 {
             return Err(glimpse_status::ArgumentTargetLoss);
         }
@@ -83,23 +87,19 @@ impl glimpse_config {
 
 /// Begins a driver. Memory and recipe are as for glimpse_scan_begin().
 ///
-/// An unusable recipe is not an error here: it may be damaged, have another model, or need more memory. The
-/// driver then reports the failure to the host, requests another recipe if it can store one, and
-/// returns GLIMPSE_ACTION_KIND_FAILED. Without a recipe, pass null and 0.
-///
 /// @param memory        The caller's memory, aligned to GLIMPSE_ALIGNMENT.
 /// @param memory_bytes  Its size: glimpse_driver_bytes() of the recipe.
 /// @param recipe        The recipe, which must not change while the driver is in use.
 /// @param recipe_bytes  Number of bytes of the recipe.
 /// @param config        The options; they are copied.
-/// @param saved         Both slots of saved readings, or null. They are restored as by
-///                      glimpse_saved_restore(); without intact readings of this recipe, all samples are
-///                      read. A host that measures confirms that restored readings are still valid.
-///                      The slots are not used after this call.
-/// @param driver        Receives the handle, a pointer into the memory; null after an error.
-/// @return GLIMPSE_STATUS_MEMORY if the memory is too small for any driver;
-///         GLIMPSE_STATUS_ARGUMENT_HOST, GLIMPSE_STATUS_ARGUMENT_MACHINE or
-///         GLIMPSE_STATUS_ARGUMENT_TARGET_LOSS if an option is invalid.
+/// @param flash         The flash with saved readings of an interrupted scan, or null. They are restored as by
+///                      glimpse_store_restore(). A host that measures confirms that they are still valid.
+///                      With other hosts, pass it only if the material is the same. It is not used after
+///                      this call.
+/// @param driver        Receives the handle, a pointer into the memory; null after an error. An error of the
+///                      flash may end the use of an earlier handle in the memory.
+/// @return As glimpse_scan_begin() and glimpse_store_restore(); GLIMPSE_STATUS_ARGUMENT_HOST,
+///         GLIMPSE_STATUS_ARGUMENT_MACHINE or GLIMPSE_STATUS_ARGUMENT_TARGET_LOSS if an option is invalid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_begin(
     memory: *mut c_void,
@@ -107,7 +107,7 @@ pub unsafe extern "C" fn glimpse_driver_begin(
     recipe: *const u8,
     recipe_bytes: usize,
     config: *const glimpse_config,
-    saved: *const glimpse_saved,
+    flash: *const glimpse_flash,
     driver: *mut *mut glimpse_driver,
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header. Recipe and memory stay valid while the handle is in use.
@@ -115,38 +115,50 @@ pub unsafe extern "C" fn glimpse_driver_begin(
         let out = Out::new(driver)?;
         out.put(core::ptr::null_mut())?;
         let memory = Memory::new(memory, memory_bytes)?;
-        let recipe = slice(recipe, recipe_bytes, glimpse_status::ArgumentRecipe)?;
-        let config = copy(config, glimpse_status::ArgumentConfig)?.validated()?;
-        let slots = match saved.is_null() {
-            true => [[].as_slice(); 2],
-            false => slots(saved)?,
-        };
-        let recipe = Recipe::parse(recipe);
-        out.put(begin(memory, recipe, slots, config).cast())
+        let recipe = Recipe::parse(slice(recipe, recipe_bytes, glimpse_status::ArgumentRecipe)?)?;
+        out.put(begin(memory, &recipe, config, flash)?.cast())
     })
 }
 
-/// Writes a driver. The function is not inlined, so that its temporaries are not on the stack while a recipe is parsed.
+// The next functions are not inlined, so that their temporaries are not on the stack during calls that need more of it:
+// while a recipe is parsed, and while the store writes.
+
+/// Begins a driver with a valid recipe.
+///
+/// # Safety
+/// As [`copy`] and [`mount`], but `flash` may be null.
 #[inline(never)]
-fn begin(
+unsafe fn begin(
     memory: Memory<CDriver>,
-    recipe: Result<Recipe<'static>, Error>,
-    slots: [&[u8]; 2],
-    config: Config,
-) -> *mut Handle<CDriver> {
-    let scan = recipe.and_then(|recipe| {
-        // SAFETY: this is the only call.
-        let numbers = unsafe { memory.numbers() };
-        CScan::new(recipe, numbers)
-    });
-    memory.put(match scan {
-        Ok(mut scan) => {
-            // Without intact readings, the driver reads all samples.
-            let _ = Saved::restore(slots, &mut scan);
-            Driver::new(scan, config)
-        }
-        Err(error) => Driver::without_scan(error, config),
-    })
+    recipe: &Recipe<'static>,
+    config: *const glimpse_config,
+    flash: *const glimpse_flash,
+) -> Result<*mut Handle<CDriver>, glimpse_status> {
+    // SAFETY: guaranteed by the caller.
+    unsafe {
+        let config = copy(config, glimpse_status::ArgumentConfig)?.validated()?;
+        CScan::accept(recipe, memory.words)?;
+        let mut store = match flash.is_null() {
+            true => None,
+            false => Some(mount(flash, recipe)?),
+        };
+        put(memory, recipe, store.as_mut(), &config)
+    }
+}
+
+/// Restores readings, and writes a driver.
+#[inline(never)]
+fn put(
+    memory: Memory<CDriver>,
+    recipe: &Recipe<'static>,
+    store: Option<&mut Store<glimpse_flash>>,
+    config: &Config,
+) -> Result<*mut Handle<CDriver>, glimpse_status> {
+    // SAFETY: this is the only call.
+    let mut scan = CScan::new(*recipe, unsafe { memory.numbers() })?;
+    store.map_or(Ok(0), |store| store.restore(&mut scan))?;
+    let (driver, polled_at) = (Driver::new(scan, *config), 0);
+    Ok(memory.put(CDriver { driver, polled_at }))
 }
 
 /// Ends a driver. Its memory can be used for anything else. Further calls with the handle return
@@ -161,37 +173,41 @@ pub unsafe extern "C" fn glimpse_driver_end(driver: *mut glimpse_driver) -> glim
 /// time of steps_per_poll units of the fit.
 ///
 /// @param driver  The driver.
-/// @param now_ms  The time of a monotonic clock with any origin, in ms.
+/// @param now_ms  The time of a monotonic clock with any origin, in ms. After UINT32_MAX it continues with 0,
+///                as that of HAL_GetTick() does after 49.7 days.
 /// @param action  Receives the action.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_poll(
     driver: *mut glimpse_driver,
-    now_ms: u64,
+    now_ms: u32,
     action: *mut glimpse_action,
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
     status(|| unsafe {
-        let (driver, out) = (driver_mut(driver)?, Out::new(action)?);
-        out.put(driver.poll(now_ms).into())
+        let handle = &mut exclusive::<CDriver>(driver.cast())?.value;
+        let out = Out::new(action)?;
+        handle.polled_at = handle.time(now_ms);
+        out.put(handle.driver.poll(handle.polled_at).into())
     })
 }
 
 /// Returns the time until the next necessary poll.
 ///
 /// @param driver    The driver.
-/// @param now_ms    The time, as for glimpse_driver_poll().
+/// @param now_ms    The time, as for glimpse_driver_poll(), at or after the last poll.
 /// @param delay_ms  Receives the time in ms. UINT32_MAX if there is none: then only a received byte, a
 ///                  sent byte or another call changes the driver's state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_poll_delay(
     driver: *const glimpse_driver,
-    now_ms: u64,
+    now_ms: u32,
     delay_ms: *mut u32,
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
     status(|| unsafe {
-        let (driver, out) = (shared(driver)?, Out::new(delay_ms)?);
-        out.put(driver.poll_delay(now_ms).unwrap_or(u32::MAX))
+        let (handle, out) = (shared(driver)?, Out::new(delay_ms)?);
+        let delay = handle.driver.poll_delay(handle.time(now_ms));
+        out.put(delay.unwrap_or(u32::MAX))
     })
 }
 
@@ -230,8 +246,8 @@ pub unsafe extern "C" fn glimpse_driver_outgoing(
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
     status(|| unsafe {
-        let (driver, bytes, count) = (shared(driver)?, Out::new(bytes)?, Out::new(count)?);
-        let outgoing = driver.outgoing();
+        let (handle, bytes, count) = (shared(driver)?, Out::new(bytes)?, Out::new(count)?);
+        let outgoing = handle.driver.outgoing();
         bytes.put(outgoing.as_ptr())?;
         count.put(outgoing.len())
     })
@@ -250,7 +266,8 @@ pub unsafe extern "C" fn glimpse_driver_sent(
     status(|| unsafe { driver_mut(driver).map(|driver| driver.sent(count)) })
 }
 
-/// Records a reading of the device's own sensor. Samples may come in any order. After
+/// Records a reading of the device's own sensor. Samples may come in any order. If the driver has requested a
+/// reading for another purpose than GLIMPSE_PURPOSE_SAMPLE, a reading with its index is that one. After
 /// glimpse_config.attempts invalid readings of a sample, the driver skips it if the recipe tolerates missing
 /// readings. Otherwise the scan fails.
 ///
@@ -258,8 +275,8 @@ pub unsafe extern "C" fn glimpse_driver_sent(
 /// @param index    Index of the sample in the pattern.
 /// @param reading  The reading; it is copied.
 /// @return GLIMPSE_STATUS_READING_... if the reading is invalid: the driver requests it again, so the
-///         firmware may ignore this status; GLIMPSE_STATUS_NOT_SCANNING if the scan is finished, has failed
-///         or does not exist.
+///         firmware may ignore this status; GLIMPSE_STATUS_NOT_SCANNING if the scan is finished or has
+///         failed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_record(
     driver: *mut glimpse_driver,
@@ -274,7 +291,8 @@ pub unsafe extern "C" fn glimpse_driver_record(
     })
 }
 
-/// Skips a sample that cannot be read. A later glimpse_driver_record() of the sample undoes this.
+/// Skips a sample that cannot be read. A later glimpse_driver_record() of the sample undoes this. If the
+/// driver has requested a reading for another purpose with this index, it goes on without that one.
 ///
 /// @param driver  The driver.
 /// @param index   Index of the sample in the pattern.
@@ -304,49 +322,27 @@ pub unsafe extern "C" fn glimpse_driver_finish_early(
 /// It requests no further move until glimpse_driver_resume() or glimpse_driver_restart().
 ///
 /// @param driver   The driver.
-/// @param failure  GLIMPSE_STATUS_MACHINE if the device's own arms or sensor failed; GLIMPSE_STATUS_STORAGE
-///                 if it could not store a recipe, which the driver then fetches again later.
+/// @param failure  The failure of the device's own arms, sensor or lamp, or its operator's stop:
+///                 GLIMPSE_STATUS_MACHINE, or GLIMPSE_STATUS_STOPPED to GLIMPSE_STATUS_NOT_CALIBRATED (128 to
+///                 148); GLIMPSE_STATUS_STORAGE if its flash failed.
+/// @param first    The first detail of this failure in the table of core/src/error.rs, which the host
+///                 displays; 0 if it has none. Axes have the numbers 0 to 3, in the order of glimpse_arms.
+/// @param second   The second detail.
 /// @return GLIMPSE_STATUS_ARGUMENT_FAILURE for another failure: then nothing changes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_fail(
     driver: *mut glimpse_driver,
     failure: i32,
+    first: u32,
+    second: u32,
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
     status(|| unsafe {
         let driver = driver_mut(driver)?;
-        let codes = [ErrorCode::Machine, ErrorCode::Storage];
-        let code = codes
-            .into_iter()
-            .find(|code| i32::from(code.number()) == failure);
-        driver.fail(Error::new(code.ok_or(glimpse_status::ArgumentFailure)?));
-        Ok(())
-    })
-}
-
-/// Stops the scan like glimpse_driver_fail(), because the stored recipe is unusable, and reports the reason
-/// to the host. Call it after GLIMPSE_ACTION_KIND_INSTALL if glimpse_driver_bytes() of the stored recipe is
-/// 0 or larger than this driver's memory. The present recipe stays in use. The driver does not fetch the
-/// other one again.
-///
-/// @param driver  The driver.
-/// @param recipe  The stored recipe.
-/// @param count   Number of bytes.
-/// @return GLIMPSE_STATUS_ARGUMENT_RECIPE if the recipe is usable; then nothing changes.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn glimpse_driver_reject(
-    driver: *mut glimpse_driver,
-    recipe: *const u8,
-    count: usize,
-) -> glimpse_status {
-    // SAFETY: the C caller keeps the contract of the header.
-    status(|| unsafe {
-        let handle = exclusive::<CDriver>(driver.cast())?;
-        let recipe = slice(recipe, count, glimpse_status::ArgumentRecipe)?;
-        let recipe = Recipe::parse(recipe);
-        let accepted = recipe.and_then(|recipe| CScan::accept(&recipe, handle.words));
-        let error = accepted.err().ok_or(glimpse_status::ArgumentRecipe)?;
-        handle.value.fail(error);
+        let code = ErrorCode::from_number(u16::try_from(failure).unwrap_or_default());
+        let is_valid = code.is_machine() || code == ErrorCode::Storage;
+        let error = is_valid.then_some(Error::with(code, [first, second]));
+        driver.fail(error.ok_or(glimpse_status::ArgumentFailure)?);
         Ok(())
     })
 }
@@ -372,8 +368,7 @@ pub unsafe extern "C" fn glimpse_driver_restart(driver: *mut glimpse_driver) -> 
 /// driver at any time. Functions that change a scan refuse it with GLIMPSE_STATUS_READ_ONLY.
 ///
 /// @param driver  The driver.
-/// @param scan    Receives the scan; null if there is none.
-/// @return GLIMPSE_STATUS_NOT_SCANNING if the driver has no scan, because its recipe is unusable.
+/// @param scan    Receives the scan; null after an error.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_scan(
     driver: *const glimpse_driver,
@@ -384,7 +379,6 @@ pub unsafe extern "C" fn glimpse_driver_scan(
         let out = Out::new(scan)?;
         out.put(core::ptr::null())?;
         shared(driver)?;
-        scan_of(driver.cast())?;
         out.put(driver.cast())
     })
 }
@@ -395,27 +389,21 @@ impl From<Action> for glimpse_action {
         let mut to: Self = unsafe { core::mem::zeroed() };
         to.kind = match action {
             Action::Wait => Kind::Wait,
-            Action::Measure { index, directions } => {
-                (to.index, to.directions) = (index, directions.into());
+            Action::Measure {
+                purpose,
+                index,
+                directions,
+            } => {
+                (to.purpose, to.index) = (purpose as i32, index);
+                to.directions = directions.into();
                 Kind::Measure
             }
             Action::Save { index, reading } => {
-                (to.index, to.reading) = (index, reading.into());
+                (to.index, to.has_reading) = (index, reading.is_some().into());
+                to.reading = reading.map_or(to.reading, From::from);
                 Kind::Save
             }
             Action::Forget => Kind::Forget,
-            Action::Store { offset, bytes } => {
-                let bytes = bytes.as_slice();
-                (to.offset, to.byte_count) = (offset, bytes.len() as u16);
-                for (to, from) in to.bytes.iter_mut().zip(bytes) {
-                    *to = *from;
-                }
-                Kind::Store
-            }
-            Action::Install { bytes, checksum } => {
-                (to.offset, to.checksum) = (bytes, checksum);
-                Kind::Install
-            }
             Action::Finished(residual) => {
                 to.residual = residual.into();
                 Kind::Finished

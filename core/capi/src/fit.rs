@@ -5,7 +5,7 @@ use glimpse_core::geometry::Directions;
 use glimpse_core::model::ModelKind;
 
 use crate::handle::{glimpse_scan, scan as shared, scan_mut};
-use crate::pointer::{Out, buffer, copy, status};
+use crate::pointer::{Out, check, copy, status};
 use crate::status::glimpse_status;
 use crate::types::{glimpse_directions, glimpse_fitted, glimpse_progress};
 
@@ -142,15 +142,17 @@ pub unsafe extern "C" fn glimpse_fitted_values(
     // SAFETY: the C caller keeps the contract of the header.
     status(|| unsafe {
         let (scan, count) = (shared(scan)?, Out::new(count)?);
-        let values = buffer(values, capacity)?;
+        if capacity > 0 {
+            check(values, glimpse_status::ArgumentValues)?;
+        }
         let fitted = scan.fitted().ok_or(glimpse_status::NotFitted)?;
         let total = fitted.values().count();
         count.put(total)?;
         if total > capacity {
             return Err(ErrorCode::BufferTooSmall.into());
         }
-        for (to, value) in values.iter_mut().zip(fitted.values()) {
-            *to = value;
+        for (index, value) in fitted.values().enumerate() {
+            values.add(index).write(value);
         }
         Ok(())
     })

@@ -38,8 +38,21 @@ pub struct glimpse_driver(());
 
 /// The scan behind a handle. It borrows the caller's memory and recipe, whose lifetimes the caller guarantees.
 pub(crate) type CScan = Scan<'static, ScanModel>;
+
 /// The driver behind a handle. It borrows like a scan.
-pub(crate) type CDriver = Driver<'static, ScanModel>;
+pub(crate) struct CDriver {
+    pub(crate) driver: Driver<'static, ScanModel>,
+    /// Time of the last poll, in ms.
+    pub(crate) polled_at: u64,
+}
+
+impl CDriver {
+    /// Extends a time in ms that wraps, at or after the last poll.
+    pub(crate) fn time(&self, now_ms: u32) -> u64 {
+        let since = now_ms.wrapping_sub(self.polled_at as u32);
+        self.polled_at.saturating_add(since.into())
+    }
+}
 
 /// The front of the caller's memory. The words of a scan follow it.
 #[repr(C)]
@@ -47,8 +60,6 @@ pub(crate) struct Handle<T> {
     /// [`tag_of`] this handle while it is in use. 0 ends the use.
     pub(crate) tag: usize,
     pub(crate) value: T,
-    /// Words (of 4 bytes) behind the handle.
-    pub(crate) words: usize,
 }
 
 /// Kinds of handles.
@@ -113,9 +124,9 @@ pub(crate) unsafe fn driver<'a>(driver: *const glimpse_driver) -> Result<&'a CDr
 /// As [`exclusive`].
 pub(crate) unsafe fn driver_mut<'a>(
     driver: *mut glimpse_driver,
-) -> Result<&'a mut CDriver, Status> {
+) -> Result<&'a mut Driver<'static, ScanModel>, Status> {
     // SAFETY: guaranteed by the caller.
-    unsafe { exclusive(driver.cast()).map(|handle| &mut handle.value) }
+    unsafe { exclusive::<CDriver>(driver.cast()).map(|handle| &mut handle.value.driver) }
 }
 
 /// Returns a scan of its own, or that of a driver. The handle of a driver's scan is the driver's.
@@ -126,7 +137,7 @@ pub(crate) unsafe fn scan<'a>(scan: *const glimpse_scan) -> Result<&'a CScan, St
     // SAFETY: guaranteed by the caller.
     unsafe {
         match driver(scan.cast()) {
-            Ok(driver) => driver.scan().map_err(|_| ErrorCode::NotScanning.into()),
+            Ok(handle) => Ok(handle.driver.scan()),
             Err(_) => checked::<CScan>(scan.cast()).map(|handle| &(*handle).value),
         }
     }
@@ -170,7 +181,7 @@ impl<T: Kind> Memory<T> {
         Ok(Self { handle, words })
     }
 
-    /// Returns the words behind the handle, set to 0.
+    /// Returns the words behind the handle, set to 0. Ends the use of an earlier handle.
     ///
     /// # Safety
     /// Call it at most once.
@@ -178,6 +189,7 @@ impl<T: Kind> Memory<T> {
         // SAFETY: `Memory::new` has checked the alignment, which is at least that of a word, and that the handle and
         // the words fit. They do not overlap, and the caller guarantees that no other code uses the memory.
         unsafe {
+            (&raw mut (*self.handle).tag).write(0);
             let first = self.handle.add(1).cast::<f32>();
             first.write_bytes(0, self.words);
             core::slice::from_raw_parts_mut(first, self.words)
@@ -190,7 +202,6 @@ impl<T: Kind> Memory<T> {
         unsafe {
             (&raw mut (*self.handle).tag).write(tag_of(self.handle));
             (&raw mut (*self.handle).value).write(value);
-            (&raw mut (*self.handle).words).write(self.words);
         }
         self.handle
     }
@@ -215,9 +226,9 @@ pub(crate) unsafe fn bytes_for<T>(recipe: *const u8, count: usize) -> usize {
 pub(crate) const ALIGNMENT: usize = 8;
 
 /// `GLIMPSE_SCAN_BYTES(0)`.
-pub(crate) const SCAN_BYTES: usize = 66 * size_of::<usize>() + 168;
+pub(crate) const SCAN_BYTES: usize = 69 * size_of::<usize>() + 160;
 /// `GLIMPSE_DRIVER_BYTES(0)`.
-pub(crate) const DRIVER_BYTES: usize = SCAN_BYTES + 720;
+pub(crate) const DRIVER_BYTES: usize = SCAN_BYTES + 648;
 
 // If one of these is too small, raise it in cbindgen.toml, too.
 const _: () = assert!(size_of::<Handle<CScan>>() <= SCAN_BYTES);

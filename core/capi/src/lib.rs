@@ -22,6 +22,7 @@ mod machine;
 mod pointer;
 mod scan;
 mod status;
+mod store;
 #[cfg(test)]
 mod tests;
 mod types;

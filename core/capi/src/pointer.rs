@@ -31,21 +31,6 @@ pub(crate) unsafe fn slice<'a, T>(
     Ok(unsafe { core::slice::from_raw_parts(pointer, count) })
 }
 
-/// Returns a buffer for results. The pointer may be null if `count` is 0.
-///
-/// # Safety
-/// `pointer` is null, misaligned, or points to `count` values of `T` that no other code uses for `'a`.
-pub(crate) unsafe fn buffer<'a, T>(pointer: *mut T, count: usize) -> Result<&'a mut [T], Status> {
-    if count == 0 {
-        return Ok(&mut []);
-    }
-    // SAFETY: `slice` checks the pointer; the caller guarantees the rest.
-    unsafe {
-        slice(pointer, count, Status::ArgumentBuffer)?;
-        Ok(core::slice::from_raw_parts_mut(pointer, count))
-    }
-}
-
 /// Returns a copy of an argument.
 ///
 /// # Safety

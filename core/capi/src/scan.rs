@@ -2,18 +2,15 @@
 
 use core::ffi::c_void;
 
-use glimpse_core::error::ErrorCode;
+use glimpse_core::geometry::ArmAngles;
 use glimpse_core::model::linear::Basis;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Saved, Scan};
+use glimpse_core::scan::Scan;
 
 use crate::handle::{CScan, Memory, bytes_for, exclusive, glimpse_scan, scan as shared, scan_mut};
-use crate::pointer::{Out, buffer, copy, slice, status};
+use crate::pointer::{Out, copy, slice, status};
 use crate::status::glimpse_status;
-use crate::types::{
-    glimpse_reading, glimpse_recipe, glimpse_recorded, glimpse_sample, glimpse_saved,
-    glimpse_slot_write,
-};
+use crate::types::{glimpse_reading, glimpse_recipe, glimpse_recorded, glimpse_sample};
 
 /// Checks a recipe and describes it.
 ///
@@ -30,9 +27,8 @@ pub unsafe extern "C" fn glimpse_recipe_describe(
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
     status(|| unsafe {
-        let recipe = slice(recipe, count, glimpse_status::ArgumentRecipe)?;
         let result = Out::new(result)?;
-        let recipe = Recipe::parse(recipe)?;
+        let recipe = Recipe::parse(slice(recipe, count, glimpse_status::ArgumentRecipe)?)?;
         CScan::accept(&recipe, usize::MAX)?;
         result.put(glimpse_recipe {
             model: recipe.model() as i32,
@@ -79,8 +75,7 @@ pub unsafe extern "C" fn glimpse_scan_begin(
         let out = Out::new(scan)?;
         out.put(core::ptr::null_mut())?;
         let memory = Memory::<CScan>::new(memory, memory_bytes)?;
-        let recipe = slice(recipe, recipe_bytes, glimpse_status::ArgumentRecipe)?;
-        let recipe = Recipe::parse(recipe)?;
+        let recipe = Recipe::parse(slice(recipe, recipe_bytes, glimpse_status::ArgumentRecipe)?)?;
         CScan::accept(&recipe, memory.words)?;
         let scan = Scan::new(recipe, memory.numbers())?;
         out.put(memory.put(scan).cast())
@@ -151,7 +146,7 @@ pub unsafe extern "C" fn glimpse_scan_next(
         sample.put(glimpse_sample {
             index,
             directions: directions.into(),
-            arms: directions.into(),
+            arms: ArmAngles::from_directions(&directions).into(),
             theta_h: angles.theta_h,
             theta_d: angles.theta_d,
             phi_d: angles.phi_d,
@@ -223,106 +218,5 @@ pub unsafe extern "C" fn glimpse_scan_reading(
         let (scan, out) = (shared(scan)?, Out::new(reading)?);
         let reading = scan.reading(index).ok_or(glimpse_status::NotRead)?;
         out.put(reading.into())
-    })
-}
-
-/// Returns the contents of both slots.
-///
-/// # Safety
-/// `saved` is null, misaligned, or points to slots that no code changes for `'a`.
-pub(crate) unsafe fn slots<'a>(
-    saved: *const glimpse_saved,
-) -> Result<[&'a [u8]; 2], glimpse_status> {
-    let argument = glimpse_status::ArgumentSaved;
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        let glimpse_saved { slots, slot_bytes } = copy(saved, argument)?;
-        let [first, second] = slots.map(|slot| slice(slot, slot_bytes, argument));
-        Ok([first?, second?])
-    }
-}
-
-/// Records the readings that survived a reset. Call it after glimpse_scan_begin(); glimpse_driver_begin()
-/// does it for a driver. After an error the scan is unchanged: read all samples.
-///
-/// @param saved  Both slots.
-/// @param scan   The scan.
-/// @param count  Receives the number of readings, or null.
-/// @return GLIMPSE_STATUS_SAVED_DAMAGED if neither slot is intact, for example because both are erased;
-///         GLIMPSE_STATUS_SAVED_RECIPE if the readings belong to another recipe;
-///         GLIMPSE_STATUS_READING_... if a reading is invalid.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn glimpse_saved_restore(
-    saved: *const glimpse_saved,
-    scan: *mut glimpse_scan,
-    count: *mut usize,
-) -> glimpse_status {
-    // SAFETY: the C caller keeps the contract of the header.
-    status(|| unsafe {
-        let (slots, scan, out) = (slots(saved)?, scan_mut(scan)?, Out::optional(count)?);
-        out.put(Saved::restore(slots, scan).1?)
-    })
-}
-
-/// Encodes all readings of a scan for the slot that is not needed. Erase that slot, and write the bytes to
-/// its start. The other slot has the previous readings, which stay intact if this write fails or is
-/// interrupted: the next call then returns the same slot again. Skipped samples are not saved.
-///
-/// @param saved     Both slots, as they are now. The buffer must not overlap them.
-/// @param scan      The scan, or that of a driver.
-/// @param buffer    Receives the bytes.
-/// @param capacity  Its size: GLIMPSE_SAVED_BYTES of the recipe's samples.
-/// @param write     Receives the slot and the number of bytes.
-/// @return GLIMPSE_STATUS_BUFFER_TOO_SMALL if the buffer is too small for the readings.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn glimpse_saved_write(
-    saved: *const glimpse_saved,
-    scan: *const glimpse_scan,
-    buffer: *mut u8,
-    capacity: usize,
-    write: *mut glimpse_slot_write,
-) -> glimpse_status {
-    // SAFETY: the C caller keeps the contract of the header.
-    status(|| unsafe {
-        let (slots, scan, out) = (slots(saved)?, shared(scan)?, Out::new(write)?);
-        let buffer = self::buffer(buffer, capacity)?;
-        Saved::find(slots).write(scan, buffer, |slot, bytes| {
-            out.put(glimpse_slot_write {
-                slot,
-                count: bytes.len(),
-            })
-        })
-    })
-}
-
-/// Encodes an empty list of readings, which deletes the saved ones. Write it like the result of
-/// glimpse_saved_write().
-///
-/// @param saved     Both slots, as they are now.
-/// @param buffer    Receives the bytes.
-/// @param capacity  Its size: at least GLIMPSE_SAVED_BYTES(0).
-/// @param write     Receives the slot and the number of bytes.
-/// @return GLIMPSE_STATUS_BUFFER_TOO_SMALL if the buffer is too small.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn glimpse_saved_clear(
-    saved: *const glimpse_saved,
-    buffer: *mut u8,
-    capacity: usize,
-    write: *mut glimpse_slot_write,
-) -> glimpse_status {
-    // SAFETY: the C caller keeps the contract of the header.
-    status(|| unsafe {
-        let (slots, out) = (slots(saved)?, Out::new(write)?);
-        let buffer = self::buffer(buffer, capacity)?;
-        Saved::find(slots).clear(|slot, bytes| {
-            let to = buffer.get_mut(..bytes.len());
-            for (to, byte) in to.ok_or(ErrorCode::BufferTooSmall)?.iter_mut().zip(bytes) {
-                *to = *byte;
-            }
-            out.put(glimpse_slot_write {
-                slot,
-                count: bytes.len(),
-            })
-        })
     })
 }

@@ -37,22 +37,22 @@ own_statuses! {
     Stale = -3, c"argument `scan` or `driver`: nothing is in use in this memory, or the other kind of handle";
     ReadOnly = -4, c"argument `scan`: it belongs to a driver; call functions of the driver to change it";
     ArgumentMemory = -5, c"argument `memory`: null or misaligned; declare it with GLIMPSE_MEMORY";
-    ArgumentRecipe = -6, c"argument `recipe`: null, too long, or rejected although it is usable";
+    ArgumentRecipe = -6, c"argument `recipe`: null or too long";
     ArgumentBasis = -7, c"argument `basis`: null or too long";
     ArgumentConfig = -8, c"argument `config`: null or misaligned; start with glimpse_config_default";
     ArgumentHost = -9, c"argument `config`: its field `host` is not one of glimpse_host";
     ArgumentTargetLoss = -10, c"argument `config`: its field `target_loss` is negative or NAN";
     ArgumentMachine = -11, c"argument `machine`, or that field of `config`: null, misaligned, or limits out of range (radians)";
     ArgumentArms = -12, c"argument `from`: null or misaligned";
-    ArgumentSaved = -13, c"argument `saved`: null or misaligned, or one of its slots is null or too long";
+    ArgumentFlash = -13, c"argument `flash`: null or misaligned, or one of its callbacks is null";
     ArgumentReading = -14, c"argument `reading`: null or misaligned";
     ArgumentDirections = -15, c"argument `directions` or `at`: null or misaligned";
     ArgumentBytes = -16, c"argument `bytes`: null or too long";
-    ArgumentFailure = -17, c"argument `failure`: neither GLIMPSE_STATUS_MACHINE nor GLIMPSE_STATUS_STORAGE";
+    ArgumentFailure = -17, c"argument `failure`: neither a failure of the machine (GLIMPSE_STATUS_MACHINE, or 128 to 159) nor GLIMPSE_STATUS_STORAGE";
     ArgumentCalibration = -18, c"argument `calibration`: null, misaligned, or its field `footprint` is not one of glimpse_footprint";
     ArgumentCounts = -19, c"argument `counts`: null or misaligned";
     ArgumentRepeated = -20, c"argument `repeated`: null or misaligned";
-    ArgumentBuffer = -21, c"argument `buffer` or `values`: null, misaligned or too long";
+    ArgumentValues = -21, c"argument `values`: null or misaligned";
     ArgumentResult = -22, c"argument for a result: null or misaligned";
     Ok = 0, c"success";
     NonePending = 16, c"no sample is pending";
@@ -90,7 +90,5 @@ pub extern "C" fn glimpse_status_text(status: i32) -> *const c_char {
 /// should equal the header's GLIMPSE_VERSION.
 #[unsafe(no_mangle)]
 pub extern "C" fn glimpse_version() -> *const c_char {
-    concat!(env!("CARGO_PKG_VERSION"), "\0")
-        .as_ptr()
-        .cast::<c_char>()
+    concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
 }

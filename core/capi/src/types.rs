@@ -1,9 +1,10 @@
 //! Types of the C API.
 
+use core::ffi::{c_int, c_void};
+
 use glimpse_core::fit::{Progress, ScanModel};
 use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
 use glimpse_core::gonio::{Limits, Machine, Move, Reading, Speeds};
-use glimpse_core::link::BYTES_PER_FRAME;
 use glimpse_core::scan::{Fitted, Recorded, Residual};
 
 use crate::status::glimpse_status;
@@ -103,6 +104,14 @@ pub struct glimpse_residual {
     /// Reason why the material is implausible: GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_RESTORED
     /// (84 to 95). 0 if it is plausible.
     pub implausible: i32,
+    /// The largest channel of the readings with the lamp off, relative to the mean reading. NAN if it was not
+    /// read, as without a driver.
+    pub dark: f32,
+    /// The largest change of the first sample, read again at the end, relative to it, or to the mean reading
+    /// if that is larger. NAN if it was not read.
+    pub drift: f32,
+    /// Number of readings from before a restart of the device. 0 without a driver.
+    pub restored: u16,
 }
 
 /// The reflectance models.
@@ -164,24 +173,32 @@ pub struct glimpse_fitted {
     pub unlike_training: glimpse_answer,
 }
 
-/// Both slots of memory that survives a reset: battery-backed RAM, or sectors of flash that are erased one at
-/// a time. Each function finds the intact slot with the later readings, so nothing else has to survive.
+/// A place in flash for the readings of a scan: two areas, one after the other. They need no preparation, and
+/// nothing else has to survive a reset.
+///
+/// After a power cut or an error, the flash has the content before the call of a function or after it. Each
+/// function deletes readings of a recipe other than the scan's.
+///
+/// The callbacks return 0 on success. They must not call functions of the scan or driver.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct glimpse_saved {
-    /// The content of each slot: the slot itself, or a copy if it is not in the address space.
-    pub slots: [*const u8; 2],
-    /// Size of a slot: GLIMPSE_SAVED_BYTES of the recipe's samples, or more.
-    pub slot_bytes: usize,
-}
-
-/// Bytes to write to a slot.
-#[repr(C)]
-pub struct glimpse_slot_write {
-    /// The slot to erase and write: 0 or 1.
-    pub slot: usize,
-    /// Number of bytes, from the start of the buffer to the start of the slot.
-    pub count: usize,
+#[derive(Clone, Copy, Debug)]
+pub struct glimpse_flash {
+    /// Passed to the callbacks; may be null.
+    pub context: *mut c_void,
+    /// Reads `count` bytes.
+    #[rustfmt::skip]
+    pub read: Option<unsafe extern "C" fn(context: *mut c_void, offset: u32, bytes: *mut u8, count: usize) -> c_int>,
+    /// Erases the bytes at offsets from `from` to `to` - 1, which are a whole area, to 0xFF.
+    pub erase: Option<unsafe extern "C" fn(context: *mut c_void, from: u32, to: u32) -> c_int>,
+    /// Writes 32 bytes, at a multiple of 32 bytes from `start`. Each place is written at most once after an
+    /// erase.
+    #[rustfmt::skip]
+    pub write: Option<unsafe extern "C" fn(context: *mut c_void, offset: u32, bytes: *const u8, count: usize) -> c_int>,
+    /// Offset of the first area: a multiple of the length of a sector.
+    pub start: u32,
+    /// Length of an area: whole sectors, at least GLIMPSE_STORE_BYTES of the recipe's samples. Larger areas
+    /// are erased less often.
+    pub area_bytes: u32,
 }
 
 /// The role of the host.
@@ -303,21 +320,25 @@ pub struct glimpse_config {
     pub attempts: u8,
     /// The measuring machine: its reach, and the axes that it lacks.
     pub machine: glimpse_machine,
-    /// Seed of the sequence numbers on the link. It must differ from the seeds of all earlier
-    /// drivers of this device: a boot counter, a random number, or the value of a free-running timer.
+    /// Seed of the sequence numbers on the link. It must differ from the seeds of all earlier drivers of this
+    /// device: the result of glimpse_store_count_boot(), a random number, or the value of a free-running timer.
     pub sequence_seed: u32,
     /// Units of the fit per glimpse_driver_poll(). 0 means 1.
     pub steps_per_poll: u32,
-    /// Interval of retransmissions of a request without a reply, in ms. The intervals of a greeting without a
-    /// timeout double up to 1.6 s.
+    /// Interval of retransmissions of a request without a reply, in ms.
     pub retransmit_interval_ms: u32,
     /// Timeout of a reply, in ms. After it, the scan fails with a host that measures, and continues alone with
     /// one that listens. A greeting to a host that measures has no timeout.
     pub reply_timeout_ms: u32,
     /// Timeout of a reading by the host, in ms; includes the motion of its arms.
     pub measure_timeout_ms: u32,
-    /// Maximum size of a recipe that the device can store, in bytes. 0 if it stores none.
-    pub recipe_bytes: u32,
+    /// The largest glimpse_residual.dark of a plausible result. 0: not limited, and the lamp is never switched
+    /// off.
+    pub max_dark: f32,
+    /// The largest glimpse_residual.drift of a plausible result. 0: not limited, and no sample is read again.
+    pub max_drift: f32,
+    /// The largest share of saturated readings of a plausible result. 0: not limited.
+    pub max_saturated: f32,
     /// Loss at which a scan stops before all samples are read; 0 for none. After each reading, the driver
     /// fits the readings that it has. If glimpse_fitted.loss_bound is at most this loss, it skips the
     /// pending samples, and this fit is the result. Each fit takes as many units as one of all readings. The
@@ -325,6 +346,18 @@ pub struct glimpse_config {
     /// skipped, out of reach, saturated, or read out of order. It has no effect with recipes that do not bound
     /// the loss of such fits.
     pub target_loss: f32,
+}
+
+/// The purpose of a reading.
+#[repr(i32)]
+#[allow(dead_code)] // only in the header
+pub enum glimpse_purpose {
+    /// A reading for the fit.
+    Sample = 0,
+    /// A reading with the lamp off: 0, but for room light and noise.
+    Dark = 1,
+    /// The first sample again: the same reading, unless lamp, room light or axes have drifted.
+    Again = 2,
 }
 
 /// Kinds of glimpse_action. Ignore unknown kinds.
@@ -337,30 +370,27 @@ pub enum glimpse_action_kind {
     Continue = 1,
     /// Move the arms to `directions`, read the sensor, then call glimpse_driver_record() with `index`. If only
     /// this sample cannot be read, call glimpse_driver_skip(). If arms or sensor failed, call
-    /// glimpse_driver_fail(). The driver repeats this action until one of these calls. The firmware may read
-    /// any other pending sample instead, such as that of glimpse_machine_nearest().
+    /// glimpse_driver_fail(). The driver repeats this action until one of these calls.
+    ///
+    /// Switch the lamp off if `purpose` is GLIMPSE_PURPOSE_DARK. If it is GLIMPSE_PURPOSE_SAMPLE, the firmware
+    /// may read any other pending sample instead, such as that of glimpse_machine_nearest().
     Measure = 2,
-    /// Save `index` and `reading` in memory that survives a reset: glimpse_saved_write() saves all readings.
+    /// Save `reading` of the sample `index` in memory that survives a reset, or without `has_reading` that it
+    /// was skipped: glimpse_store_save().
     Save = 3,
-    /// Delete all saved readings: glimpse_saved_clear().
+    /// Delete all saved readings: glimpse_store_clear(). If this fails, try again before the next scan: a
+    /// reset would restore them.
     Forget = 4,
-    /// Write `byte_count` bytes of `bytes` at `offset` of a new recipe, separate from the present one. A new
-    /// recipe begins at offset 0. If this fails, call glimpse_driver_fail() with GLIMPSE_STATUS_STORAGE.
-    Store = 5,
-    /// The new recipe of `offset` bytes is complete, and should have `checksum`. If its
-    /// glimpse_driver_bytes() are neither 0 nor larger than the memory, begin a driver with it; else call
-    /// glimpse_driver_reject().
-    Install = 6,
     /// The fit is complete, with `residual`. It may be implausible: check residual.implausible first.
     /// glimpse_driver_scan() has the fitted material until the next scan.
     ///
     /// The driver then sends the result to the host, and returns GLIMPSE_ACTION_KIND_FORGET when the host has
     /// accepted it. With GLIMPSE_HOST_MEASURES the next scan begins afterwards. Otherwise call
     /// glimpse_driver_restart().
-    Finished = 7,
+    Finished = 5,
     /// The scan has failed because of `failure`, or its result was refused. The readings are kept, and
     /// nothing moves until glimpse_driver_resume() or glimpse_driver_restart().
-    Failed = 8,
+    Failed = 6,
 }
 
 /// The next action of the firmware. Fields that its kind does not use are 0.
@@ -371,10 +401,8 @@ pub struct glimpse_action {
     pub kind: glimpse_action_kind,
     /// Reason of a failure.
     pub failure: glimpse_status,
-    /// Offset of the bytes in a new recipe, or its length.
-    pub offset: u32,
-    /// Expected checksum in the header of a new recipe.
-    pub checksum: u32,
+    /// Purpose of a reading: one of glimpse_purpose.
+    pub purpose: i32,
     /// Directions of light and sensor.
     pub directions: glimpse_directions,
     /// The reading to save.
@@ -383,13 +411,9 @@ pub struct glimpse_action {
     pub residual: glimpse_residual,
     /// Index of a sample.
     pub index: u16,
-    /// Number of bytes to store.
-    pub byte_count: u16,
-    /// The bytes to store.
-    pub bytes: [u8; 60],
+    /// 0 if the sample was skipped: save the skip.
+    pub has_reading: u8,
 }
-
-const _: () = assert!(BYTES_PER_FRAME == 60); // the length of `bytes` above
 
 /// Converts structs with equal fields in both directions. The fields after `;` are flags, which C stores in bytes.
 macro_rules! convert {
@@ -440,15 +464,8 @@ impl From<glimpse_arms> for ArmAngles {
     }
 }
 
-impl From<Directions<f32>> for glimpse_arms {
-    fn from(directions: Directions<f32>) -> Self {
-        ArmAngles::from_directions(&directions).into()
-    }
-}
-
 impl From<Residual> for glimpse_residual {
     fn from(residual: Residual) -> Self {
-        let implausible = residual.implausible.map(|code| code.number().into());
         Self {
             mean: residual.mean,
             worst: residual.worst,
@@ -456,7 +473,10 @@ impl From<Residual> for glimpse_residual {
             saturated: residual.saturated,
             repeated: residual.repeated,
             clamped: residual.clamped,
-            implausible: implausible.unwrap_or_default(),
+            implausible: residual.implausible.map_or(0, |code| code.number().into()),
+            dark: residual.evidence.dark.unwrap_or(f32::NAN),
+            drift: residual.evidence.drift.unwrap_or(f32::NAN),
+            restored: residual.evidence.restored,
         }
     }
 }

@@ -10,7 +10,6 @@ use std::{env, fs};
 
 use common::{compile, expected, folder, run};
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::Saved;
 
 /// Builds the library, because cargo does not build static libraries for tests. Its dependencies are already compiled.
 fn library() -> String {
@@ -116,8 +115,8 @@ fn words(name: &str) -> usize {
 
 /// Returns `GLIMPSE_SCAN_BYTES(words)` and `GLIMPSE_DRIVER_BYTES(words)` for pointers of `pointer_bytes` bytes.
 fn sizes(words: usize, pointer_bytes: usize) -> [usize; 2] {
-    let scan = 66 * pointer_bytes + 168 + 4 * words;
-    [scan, scan + 720]
+    let scan = 69 * pointer_bytes + 160 + 4 * words;
+    [scan, scan + 648]
 }
 
 /// The table is for 32-bit machines.
@@ -155,12 +154,11 @@ fn header_compiles_as_cpp() {
     let directory = tempfile::tempdir().unwrap();
     let source = directory.path().join("header.cpp");
     let [scan, driver] = sizes(87, size_of::<usize>());
-    let slot = Saved::slot_bytes(16);
     let text = format!(
         "#include \"glimpse.h\"\nstatic GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES(87));\n\
         unsigned char *first() {{ return memory; }}\n\
         static_assert(sizeof(memory) == {scan} && GLIMPSE_DRIVER_BYTES(87) == {driver}, \"\");\n\
-        static_assert(GLIMPSE_SAVED_BYTES(16) == {slot}, \"\");\n"
+        static_assert(GLIMPSE_STORE_BYTES(16) == 768, \"\");\n"
     );
     fs::write(&source, text).unwrap();
     let mut command = Command::new("c++");

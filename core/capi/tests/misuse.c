@@ -50,7 +50,34 @@ static GLIMPSE_MEMORY(scan_memory, GLIMPSE_SCAN_BYTES(WORDS));
 static GLIMPSE_MEMORY(driver_memory, GLIMPSE_DRIVER_BYTES(WORDS));
 static GLIMPSE_MEMORY(moved_memory, GLIMPSE_DRIVER_BYTES(WORDS));
 static GLIMPSE_MEMORY(unused_memory, 64);
-static uint8_t buffer[GLIMPSE_SAVED_BYTES(64)];
+static uint8_t buffer[64];
+
+#define AREA_BYTES GLIMPSE_STORE_BYTES(8)
+static uint8_t areas[2 * AREA_BYTES];
+static const glimpse_flash flash = {areas, read_flash, erase_flash, write_flash, 0, AREA_BYTES};
+static const glimpse_flash incomplete[3] = {{.erase = erase_flash, .write = write_flash, .area_bytes = AREA_BYTES},
+                                            {.read = read_flash, .write = write_flash, .area_bytes = AREA_BYTES},
+                                            {.read = read_flash, .erase = erase_flash, .area_bytes = AREA_BYTES}};
+
+/* A flash that fails after this number of calls. */
+static unsigned calls_left, calls;
+
+static int read_or_fail(void *context, uint32_t offset, uint8_t *bytes, size_t n)
+{
+    return calls_left ? calls_left--, read_flash(context, offset, bytes, n) : -1;
+}
+
+static int erase_or_fail(void *context, uint32_t from, uint32_t to)
+{
+    return calls_left ? calls_left--, erase_flash(context, from, to) : 1;
+}
+
+static int write_or_fail(void *context, uint32_t offset, const uint8_t *bytes, size_t n)
+{
+    return calls_left ? calls_left--, write_flash(context, offset, bytes, n) : 1;
+}
+
+static const glimpse_flash unreliable = {areas, read_or_fail, erase_or_fail, write_or_fail, 0, AREA_BYTES};
 static float values[8];
 
 static glimpse_machine machine;
@@ -66,7 +93,8 @@ static glimpse_sample sample;
 static glimpse_reading read;
 static glimpse_fitted fitted;
 static glimpse_recipe described;
-static glimpse_slot_write slot_write;
+static uint32_t boots;
+static uint16_t restored;
 static glimpse_action action;
 static float brdf[3];
 static size_t count;
@@ -74,7 +102,7 @@ static uint32_t delay;
 static const uint8_t *outgoing;
 
 /* Expects all functions that only read a scan to return a status, or a result if it is GLIMPSE_STATUS_OK. */
-static void read_scan(const glimpse_scan *scan, const glimpse_saved *saved, glimpse_status expected)
+static void read_scan(const glimpse_scan *scan, glimpse_status expected)
 {
     int is_ok = expected == GLIMPSE_STATUS_OK;
     glimpse_status not_fitted = is_ok ? GLIMPSE_STATUS_NOT_FITTED : expected;
@@ -84,11 +112,13 @@ static void read_scan(const glimpse_scan *scan, const glimpse_saved *saved, glim
     EXPECT(not_fitted, glimpse_fitted_brdf(scan, &directions, &brdf));
     EXPECT(not_fitted, glimpse_fitted_values(scan, values, 8, &count));
     EXPECT(expected, glimpse_machine_nearest(&machine, scan, &arms, &next));
-    EXPECT(expected, glimpse_saved_write(saved, scan, buffer, sizeof buffer, &slot_write));
+    EXPECT(expected, glimpse_store_count_boot(&flash, scan, &boots));
+    EXPECT(expected, glimpse_store_save(&flash, scan, 0, NULL));
+    EXPECT(expected, glimpse_store_clear(&flash, scan));
 }
 
 /* Expects all functions that change a scan to return a status. */
-static void change_scan(glimpse_scan *scan, const glimpse_saved *saved, glimpse_status expected)
+static void change_scan(glimpse_scan *scan, glimpse_status expected)
 {
     EXPECT(expected, glimpse_scan_set_basis(scan, buffer, 1));
     EXPECT(expected, glimpse_scan_restart(scan));
@@ -98,7 +128,7 @@ static void change_scan(glimpse_scan *scan, const glimpse_saved *saved, glimpse_
     EXPECT(expected, glimpse_fit_begin(scan));
     EXPECT(expected, glimpse_fit_advance(scan, 1, NULL));
     EXPECT(expected, glimpse_fit_finish(scan));
-    EXPECT(expected, glimpse_saved_restore(saved, scan, NULL));
+    EXPECT(expected, glimpse_store_restore(&flash, scan, NULL));
 }
 
 /* Expects all functions of a driver to return a status. */
@@ -112,21 +142,17 @@ static void use_driver(glimpse_driver *driver, glimpse_status expected)
     EXPECT(expected, glimpse_driver_sent(driver, 1));
     EXPECT(expected, glimpse_driver_record(driver, 0, &reading));
     EXPECT(expected, glimpse_driver_scan(driver, &scan));
-    EXPECT(expected, glimpse_driver_fail(driver, GLIMPSE_STATUS_MACHINE));
-    EXPECT(expected, glimpse_driver_resume(driver));
-    EXPECT(expected, glimpse_driver_reject(driver, buffer, 1));
+    EXPECT(expected, glimpse_driver_fail(driver, GLIMPSE_STATUS_MACHINE, 0, 0));
     EXPECT(expected == GLIMPSE_STATUS_OK ? GLIMPSE_STATUS_NOT_SCANNING : expected,
            glimpse_driver_skip(driver, 0));
     EXPECT(expected == GLIMPSE_STATUS_OK ? GLIMPSE_STATUS_NOT_SCANNING : expected,
            glimpse_driver_finish_early(driver));
+    EXPECT(expected, glimpse_driver_resume(driver));
     EXPECT(expected, glimpse_driver_restart(driver));
 }
 
 static void invalid_pointers(glimpse_scan *scan, glimpse_driver *driver, const uint8_t *recipe, size_t bytes)
 {
-    glimpse_saved saved = {{buffer, buffer}, sizeof buffer};
-    glimpse_saved no_slot = {{buffer, NULL}, sizeof buffer};
-    glimpse_saved too_long = {{buffer, buffer}, SIZE_MAX};
     void *other = moved_memory;
     size_t size = sizeof moved_memory;
 
@@ -146,7 +172,7 @@ static void invalid_pointers(glimpse_scan *scan, glimpse_driver *driver, const u
     BAD(RESULT, glimpse_fitted, glimpse_fitted_describe(scan, p));
     BAD(DIRECTIONS, glimpse_directions, glimpse_fitted_brdf(scan, p, &brdf));
     BAD(RESULT, float, glimpse_fitted_brdf(scan, &directions, (float(*)[3])p));
-    BAD(BUFFER, float, glimpse_fitted_values(scan, p, 8, &count));
+    BAD(VALUES, float, glimpse_fitted_values(scan, p, 8, &count));
     BAD(RESULT, size_t, glimpse_fitted_values(scan, values, 8, p));
 
     BAD(MACHINE, glimpse_machine, glimpse_machine_check(p, &directions));
@@ -165,57 +191,56 @@ static void invalid_pointers(glimpse_scan *scan, glimpse_driver *driver, const u
     BAD(REPEATED, glimpse_repeated, glimpse_repeated_add(p, counts, 0));
     BAD(READING, float, glimpse_repeated_add(&repeated, p, 0));
 
-    BAD(SAVED, glimpse_saved, glimpse_saved_restore(p, scan, NULL));
-    EXPECT(GLIMPSE_STATUS_ARGUMENT_SAVED, glimpse_saved_restore(&no_slot, scan, NULL));
-    EXPECT(GLIMPSE_STATUS_ARGUMENT_SAVED, glimpse_saved_restore(&too_long, scan, NULL));
-    ODD(size_t, glimpse_saved_restore(&saved, scan, p));
-    BAD(SAVED, glimpse_saved, glimpse_saved_write(p, scan, buffer, 9, &slot_write));
-    BYTES(BUFFER, glimpse_saved_write(&saved, scan, p, n, &slot_write));
-    BAD(RESULT, glimpse_slot_write, glimpse_saved_write(&saved, scan, buffer, 9, p));
-    BAD(SAVED, glimpse_saved, glimpse_saved_clear(p, buffer, 99, &slot_write));
-    BYTES(BUFFER, glimpse_saved_clear(&saved, p, n, &slot_write));
-    BAD(RESULT, glimpse_slot_write, glimpse_saved_clear(&saved, buffer, 99, p));
+    BAD(FLASH, glimpse_flash, glimpse_store_count_boot(p, scan, &boots));
+    BAD(FLASH, glimpse_flash, glimpse_store_restore(p, scan, NULL));
+    BAD(FLASH, glimpse_flash, glimpse_store_save(p, scan, 0, &reading));
+    BAD(FLASH, glimpse_flash, glimpse_store_clear(p, scan));
+    for (size_t i = 0; i < 3; i++) EXPECT(GLIMPSE_STATUS_ARGUMENT_FLASH, glimpse_store_clear(&incomplete[i], scan));
+    BAD(RESULT, uint32_t, glimpse_store_count_boot(&flash, scan, p));
+    ODD(uint16_t, glimpse_store_restore(&flash, scan, p));
+    EXPECT(GLIMPSE_STATUS_ARGUMENT_READING, glimpse_store_save(&flash, scan, 0, (glimpse_reading *)(uintptr_t)0x1001));
 
     BAD(MEMORY, void, glimpse_driver_begin(p, size, recipe, bytes, &config, NULL, &driver));
     BYTES(RECIPE, glimpse_driver_begin(other, size, p, n, &config, NULL, &driver));
     BAD(CONFIG, glimpse_config, glimpse_driver_begin(other, size, recipe, bytes, p, NULL, &driver));
-    EXPECT(GLIMPSE_STATUS_ARGUMENT_SAVED,
-           glimpse_driver_begin(other, size, recipe, bytes, &config, &no_slot, &driver));
+    EXPECT(GLIMPSE_STATUS_ARGUMENT_FLASH,
+           glimpse_driver_begin(other, size, recipe, bytes, &config, &incomplete[0], &driver));
     BAD(RESULT, glimpse_driver *, glimpse_driver_begin(other, size, recipe, bytes, &config, NULL, p));
     if (driver) failures++; /* an error leaves no handle */
     EXPECT(GLIMPSE_STATUS_OK,
-           glimpse_driver_begin(other, size, recipe, bytes, &config, &saved, &driver));
+           glimpse_driver_begin(other, size, recipe, bytes, &config, &flash, &driver));
     BAD(RESULT, glimpse_action, glimpse_driver_poll(driver, 0, p));
     BAD(RESULT, uint32_t, glimpse_driver_poll_delay(driver, 0, p));
     BYTES(BYTES, glimpse_driver_receive(driver, p, n));
     BAD(RESULT, const uint8_t *, glimpse_driver_outgoing(driver, p, &count));
     BAD(RESULT, size_t, glimpse_driver_outgoing(driver, &outgoing, p));
     BAD(READING, glimpse_reading, glimpse_driver_record(driver, 0, p));
-    BYTES(RECIPE, glimpse_driver_reject(driver, p, n));
     BAD(RESULT, const glimpse_scan *, glimpse_driver_scan(driver, p));
-    EXPECT(GLIMPSE_STATUS_ARGUMENT_RECIPE, glimpse_driver_reject(driver, recipe, bytes)); /* it is usable */
-    EXPECT(GLIMPSE_STATUS_ARGUMENT_FAILURE, glimpse_driver_fail(driver, GLIMPSE_STATUS_NO_REPLY));
+    static const int32_t OTHERS[] = {GLIMPSE_STATUS_NO_REPLY, 127, 160, 65536 + GLIMPSE_STATUS_MACHINE, -1, INT32_MIN};
+    for (size_t i = 0; i < sizeof OTHERS / sizeof OTHERS[0]; i++)
+        EXPECT(GLIMPSE_STATUS_ARGUMENT_FAILURE, glimpse_driver_fail(driver, OTHERS[i], 0, 0));
+    EXPECT(GLIMPSE_STATUS_OK, glimpse_driver_fail(driver, GLIMPSE_STATUS_STORAGE, 0, 0));
+    EXPECT(GLIMPSE_STATUS_OK, glimpse_driver_fail(driver, GLIMPSE_STATUS_LOST_STEPS, 2, (uint32_t)-5));
     EXPECT(GLIMPSE_STATUS_OK, glimpse_driver_end(driver));
 
-    read_scan(NULL, &saved, GLIMPSE_STATUS_ARGUMENT_SCAN);
-    change_scan(NULL, &saved, GLIMPSE_STATUS_ARGUMENT_SCAN);
+    read_scan(NULL, GLIMPSE_STATUS_ARGUMENT_SCAN);
+    change_scan(NULL, GLIMPSE_STATUS_ARGUMENT_SCAN);
     use_driver(NULL, GLIMPSE_STATUS_ARGUMENT_DRIVER);
-    read_scan((void *)(scan_memory + 1), &saved, GLIMPSE_STATUS_ARGUMENT_SCAN);
-    change_scan((void *)(scan_memory + 1), &saved, GLIMPSE_STATUS_ARGUMENT_SCAN);
+    read_scan((void *)(scan_memory + 1), GLIMPSE_STATUS_ARGUMENT_SCAN);
+    change_scan((void *)(scan_memory + 1), GLIMPSE_STATUS_ARGUMENT_SCAN);
     use_driver((void *)(driver_memory + 1), GLIMPSE_STATUS_ARGUMENT_DRIVER);
 }
 
 static void stale_handles(glimpse_scan *scan, glimpse_driver *driver, const uint8_t *recipe, size_t bytes)
 {
-    glimpse_saved saved = {{buffer, buffer}, sizeof buffer};
     const glimpse_scan *of_driver;
 
     /* Nothing has begun, or the memory was moved. */
     for (int moved = 0; moved < 2; moved++) {
         void *memory = moved ? moved_memory : unused_memory;
         memcpy(moved_memory, scan_memory, sizeof scan_memory);
-        read_scan(memory, &saved, GLIMPSE_STATUS_STALE);
-        change_scan(memory, &saved, GLIMPSE_STATUS_STALE);
+        read_scan(memory, GLIMPSE_STATUS_STALE);
+        change_scan(memory, GLIMPSE_STATUS_STALE);
         EXPECT(GLIMPSE_STATUS_STALE, glimpse_scan_end(memory));
         memcpy(moved_memory, driver_memory, sizeof driver_memory);
         use_driver(memory, GLIMPSE_STATUS_STALE);
@@ -223,23 +248,17 @@ static void stale_handles(glimpse_scan *scan, glimpse_driver *driver, const uint
     }
     /* A driver's scan can be read, but not changed. A scan is not a driver. */
     EXPECT(GLIMPSE_STATUS_OK, glimpse_driver_scan(driver, &of_driver));
-    read_scan(of_driver, &saved, GLIMPSE_STATUS_OK);
-    change_scan((glimpse_scan *)(uintptr_t)of_driver, &saved, GLIMPSE_STATUS_READ_ONLY);
+    read_scan(of_driver, GLIMPSE_STATUS_OK);
+    change_scan((glimpse_scan *)(uintptr_t)of_driver, GLIMPSE_STATUS_READ_ONLY);
     EXPECT(GLIMPSE_STATUS_STALE, glimpse_scan_end((glimpse_scan *)(uintptr_t)of_driver));
     use_driver((glimpse_driver *)scan, GLIMPSE_STATUS_STALE);
     EXPECT(GLIMPSE_STATUS_STALE, glimpse_driver_end((glimpse_driver *)scan));
-    /* A driver without a recipe has no scan. */
-    EXPECT(GLIMPSE_STATUS_OK,
-           glimpse_driver_begin(driver_memory, sizeof driver_memory, NULL, 0, &config, NULL, &driver));
-    EXPECT(GLIMPSE_STATUS_NOT_SCANNING, glimpse_driver_scan(driver, &of_driver));
-    if (of_driver) failures++;
-    read_scan((glimpse_scan *)driver, &saved, GLIMPSE_STATUS_NOT_SCANNING);
     /* The other kind is begun in the same memory, and handles are ended. */
     EXPECT(GLIMPSE_STATUS_OK, glimpse_scan_begin(driver_memory, sizeof driver_memory, recipe, bytes, &scan));
     use_driver(driver, GLIMPSE_STATUS_STALE);
     EXPECT(GLIMPSE_STATUS_OK, glimpse_scan_end(scan));
-    read_scan(scan, &saved, GLIMPSE_STATUS_STALE);
-    change_scan(scan, &saved, GLIMPSE_STATUS_STALE);
+    read_scan(scan, GLIMPSE_STATUS_STALE);
+    change_scan(scan, GLIMPSE_STATUS_STALE);
     EXPECT(GLIMPSE_STATUS_STALE, glimpse_scan_end(scan));
     EXPECT(GLIMPSE_STATUS_OK,
            glimpse_driver_begin(driver_memory, sizeof driver_memory, recipe, bytes, &config, NULL, &driver));
@@ -283,8 +302,8 @@ static void invalid_options(glimpse_driver *driver, const uint8_t *recipe, size_
         EXPECT(expected, glimpse_calibrate(&changed, counts, &directions, &read));             \
     } while (0)
 
-/* Machines, calibrations, counts and saved readings that are invalid. */
-static void invalid_data(glimpse_scan *scan, const uint8_t *recipe, size_t bytes)
+/* Machines, calibrations and counts that are invalid. */
+static void invalid_data(const glimpse_scan *scan)
 {
     static const glimpse_directions HORIZON = {{1, 0, 0}, {0, 0, 1}};
     static const float BROKEN[3] = {1, NAN, 3};
@@ -329,39 +348,53 @@ static void invalid_data(glimpse_scan *scan, const uint8_t *recipe, size_t bytes
     if (repeated.variance[2] != 2997.0f * 2997.0f / 2) failures++;
     repeated.squares[1] = NAN; /* nothing that C writes to it is harmful */
     EXPECT(GLIMPSE_STATUS_CHANNEL_NON_FINITE, glimpse_repeated_add(&repeated, counts, 0));
+}
 
-    static uint8_t slots[2][GLIMPSE_SAVED_BYTES(8)];
-    glimpse_saved saved = {{slots[0], slots[1]}, sizeof slots[0]};
-    EXPECT(GLIMPSE_STATUS_SAVED_DAMAGED, glimpse_saved_restore(&saved, scan, &count));
-    EXPECT(GLIMPSE_STATUS_OK, glimpse_scan_record(scan, 5, &reading, NULL));
-    EXPECT(GLIMPSE_STATUS_BUFFER_TOO_SMALL, glimpse_saved_write(&saved, scan, buffer, 28, &slot_write));
-    EXPECT(GLIMPSE_STATUS_BUFFER_TOO_SMALL, glimpse_saved_clear(&saved, buffer, 13, &slot_write));
-    for (size_t written = 0; written < 2; written++) {
-        EXPECT(GLIMPSE_STATUS_OK, glimpse_saved_write(&saved, scan, buffer, sizeof buffer, &slot_write));
-        if (slot_write.slot != 0) failures++; /* the write did not happen, or was interrupted */
-        memcpy(slots[0], buffer, slot_write.count - 1 + written);
+/* Places that are unsuitable, callbacks that fail, and readings of another recipe. */
+static void invalid_flash(glimpse_scan *scan, glimpse_driver *driver, const uint8_t *recipe, size_t bytes)
+{
+    static const uint32_t PLACES[][2] = {
+        {0, AREA_BYTES - 32}, {0, AREA_BYTES + 1}, {1, AREA_BYTES}, {UINT32_MAX - 31, AREA_BYTES}};
+    for (size_t i = 0; i < sizeof PLACES / sizeof PLACES[0]; i++) {
+        glimpse_flash unsuitable = {areas, read_flash, erase_flash, write_flash, PLACES[i][0], PLACES[i][1]};
+        EXPECT(GLIMPSE_STATUS_STORE_LAYOUT, glimpse_store_clear(&unsuitable, scan));
     }
-    EXPECT(GLIMPSE_STATUS_OK, glimpse_saved_write(&saved, scan, buffer, sizeof buffer, &slot_write));
-    if (slot_write.slot != 1 || slot_write.count != GLIMPSE_SAVED_BYTES(1)) failures++;
-    EXPECT(GLIMPSE_STATUS_OK, glimpse_scan_restart(scan));
-    EXPECT(GLIMPSE_STATUS_OK, glimpse_saved_restore(&saved, scan, &count));
-    EXPECT(GLIMPSE_STATUS_OK, glimpse_scan_reading(scan, 5, &read));
-    if (count != 1 || memcmp(read.brdf, reading.brdf, sizeof read.brdf)) failures++;
+    /* Each call of a callback fails once, from an unknown content to a saved reading. */
+    memset(areas, 0xA5, sizeof areas);
+    for (calls_left = 0; glimpse_store_save(&unreliable, scan, 5, &reading) == GLIMPSE_STATUS_STORAGE;)
+        calls_left = ++calls;
+    /* If its flash fails, a driver is not begun. A late failure ends the use of an earlier driver in its memory. */
+    EXPECT(GLIMPSE_STATUS_OK,
+           glimpse_driver_begin(driver_memory, sizeof driver_memory, recipe, bytes, &config, NULL, &driver));
+    glimpse_driver *earlier = driver;
+    for (calls = calls_left = 0; glimpse_driver_begin(driver_memory, sizeof driver_memory, recipe, bytes, &config,
+                                                      &unreliable, &driver) == GLIMPSE_STATUS_STORAGE;) {
+        if (driver) failures++;
+        calls_left = ++calls;
+    }
+    EXPECT(GLIMPSE_STATUS_OK, glimpse_scan_reading((glimpse_scan *)driver, 5, &read));
+    if (memcmp(read.brdf, reading.brdf, sizeof read.brdf)) failures++;
+    calls_left = calls - 1;
+    EXPECT(GLIMPSE_STATUS_STORAGE, glimpse_driver_begin(driver_memory, sizeof driver_memory, recipe, bytes, &config,
+                                                        &unreliable, &driver));
+    EXPECT(GLIMPSE_STATUS_STALE, glimpse_driver_end(earlier));
+
+    glimpse_reading negative = {.brdf = {0, -2, 0}};
+    EXPECT(GLIMPSE_STATUS_READING_INDEX, glimpse_store_save(&flash, scan, 8, NULL));
+    EXPECT(GLIMPSE_STATUS_READING_NEGATIVE, glimpse_store_save(&flash, scan, 7, &negative));
+    EXPECT(GLIMPSE_STATUS_OK, glimpse_store_count_boot(&flash, scan, &boots));
     EXPECT(GLIMPSE_STATUS_OK, glimpse_scan_begin(moved_memory, sizeof moved_memory, linear_begin,
                                                  (size_t)(linear_end - linear_begin), &scan));
-    EXPECT(GLIMPSE_STATUS_SAVED_RECIPE, glimpse_saved_restore(&saved, scan, NULL));
-    EXPECT(GLIMPSE_STATUS_OK, glimpse_saved_clear(&saved, buffer, sizeof buffer, &slot_write));
-    memcpy(slots[slot_write.slot], buffer, slot_write.count);
-    EXPECT(GLIMPSE_STATUS_OK, glimpse_scan_begin(moved_memory, sizeof moved_memory, recipe, bytes, &scan));
-    EXPECT(GLIMPSE_STATUS_OK, glimpse_saved_restore(&saved, scan, &count));
-    if (count != 0) failures++;
+    EXPECT(GLIMPSE_STATUS_OK, glimpse_store_restore(&flash, scan, &restored));
+    if (restored != 0) failures++;
+    EXPECT(GLIMPSE_STATUS_OK, glimpse_store_count_boot(&flash, scan, &boots));
+    if (boots != 2) failures++;
 }
 
 /* Recipes that are cut or damaged, and too little memory. */
 static void unsuitable_recipes(glimpse_scan *scan, glimpse_driver *driver, const uint8_t *recipe, size_t bytes)
 {
     size_t scan_bytes = glimpse_scan_bytes(recipe, bytes), driver_bytes = glimpse_driver_bytes(recipe, bytes);
-    size_t neural_bytes = (size_t)(neural_end - neural_begin);
     if (glimpse_scan_bytes(recipe, bytes - 1) || glimpse_driver_bytes(recipe, bytes - 1)) failures++;
     if (glimpse_scan_bytes(NULL, 9) || glimpse_driver_bytes(NULL, 0)) failures++;
     EXPECT(GLIMPSE_STATUS_RECIPE_MAGIC, glimpse_scan_begin(scan_memory, scan_bytes, NULL, 0, &scan));
@@ -375,14 +408,12 @@ static void unsuitable_recipes(glimpse_scan *scan, glimpse_driver *driver, const
     EXPECT(GLIMPSE_STATUS_RECIPE_CHECKSUM, glimpse_recipe_describe(moved_memory + 1, bytes, &described));
 
     EXPECT(GLIMPSE_STATUS_MEMORY, glimpse_driver_begin(driver_memory, 99, recipe, bytes, &config, NULL, &driver));
-    for (int rejects = 0; rejects < 2; rejects++) {
-        /* The recipe at the begin, or the rejected one, needs more memory than the driver has. */
-        EXPECT(GLIMPSE_STATUS_OK, glimpse_driver_begin(driver_memory, driver_bytes - (rejects ? 0 : 4), recipe, bytes,
-                                                       &config, NULL, &driver));
-        if (rejects) EXPECT(GLIMPSE_STATUS_OK, glimpse_driver_reject(driver, neural_begin, neural_bytes));
-        EXPECT(GLIMPSE_STATUS_OK, glimpse_driver_poll(driver, 0, &action));
-        if (action.kind != GLIMPSE_ACTION_KIND_FAILED || action.failure != GLIMPSE_STATUS_MEMORY) failures++;
-    }
+    EXPECT(GLIMPSE_STATUS_MEMORY,
+           glimpse_driver_begin(driver_memory, driver_bytes - 1, recipe, bytes, &config, NULL, &driver));
+    EXPECT(GLIMPSE_STATUS_RECIPE_MAGIC,
+           glimpse_driver_begin(driver_memory, driver_bytes, NULL, 0, &config, NULL, &driver));
+    if (driver) failures++;
+    EXPECT(GLIMPSE_STATUS_OK, glimpse_driver_begin(driver_memory, driver_bytes, recipe, bytes, &config, NULL, &driver));
 }
 
 int main(void)
@@ -398,7 +429,9 @@ int main(void)
     EXPECT(GLIMPSE_STATUS_OK, glimpse_scan_begin(scan_memory, sizeof scan_memory, recipe, bytes, &scan));
     EXPECT(GLIMPSE_STATUS_OK,
            glimpse_driver_begin(driver_memory, sizeof driver_memory, recipe, bytes, &config, NULL, &driver));
-    invalid_data(scan, recipe, bytes);
+    invalid_data(scan);
     stale_handles(scan, driver, recipe, bytes);
+    EXPECT(GLIMPSE_STATUS_OK, glimpse_scan_begin(scan_memory, sizeof scan_memory, recipe, bytes, &scan));
+    invalid_flash(scan, driver, recipe, bytes);
     return failures != 0;
 }

@@ -32,7 +32,9 @@ fn header_is_up_to_date() {
     let mut builder = cbindgen::Builder::new()
         .with_config(config)
         .with_src(status);
-    for file in ["types", "handle", "scan", "fit", "machine", "driver"] {
+    for file in [
+        "types", "handle", "scan", "store", "fit", "machine", "driver",
+    ] {
         builder = builder.with_src(folder.join(format!("src/{file}.rs")));
     }
     let mut header = Vec::new();

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use glimpse_core::fit::AnyModel;
-use glimpse_core::geometry::{Angles, Directions};
+use glimpse_core::geometry::Directions;
 use glimpse_core::gonio::{Calibration, Footprint, Limits, Machine, Reading, Repeated};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
@@ -24,18 +24,24 @@ pub fn folder() -> &'static Path {
 }
 
 /// Returns a reading of the simulated material in examples/example.h.
-fn read_sensor(angles: Angles<f32>, at: &Directions<f32>) -> Reading {
+fn read_sensor(at: &Directions<f32>) -> Reading {
+    let ([a, b, c], [d, e, f]) = (at.incoming, at.outgoing);
+    let (x, y, z) = (a + d, b + e, c + f);
+    let across = x * x + y * y;
+    let squared = across + z * z;
+    let from_normal = across / squared;
     let lobe = |sharpness: f32| {
-        let falloff = 1.0 + sharpness * angles.theta_h * angles.theta_h;
+        let falloff = 1.0 + sharpness * from_normal;
         1.0 / (falloff * falloff)
     };
     let lobes = (8.0 * lobe(40.0) + lobe(0.1 * 40.0)) / 9.0;
-    let grazing = 1.0 + 0.2 * angles.theta_d * angles.theta_d;
+    let grazing = 1.0 + 0.2 * (1.0 - 0.25 * squared);
     let highlight = 0.9 * lobes * grazing;
+    let light = 9000.0 * at.incoming[2];
     let brdf = [0.12 + highlight, 0.05 + highlight, 0.03 + 0.9 * highlight];
     let mut repeated = Repeated::new();
     for time in [0.0, 1.0] {
-        let counts = brdf.map(|brdf| 100.0 + time + 9000.0 * brdf * at.incoming[2]);
+        let counts = brdf.map(|brdf| 100.0 + time + light * brdf);
         repeated.add(counts, false).unwrap();
     }
     let reference = Directions {
@@ -73,13 +79,8 @@ pub fn expected() -> [String; 2] {
         machine.through_normal = true;
         let (mut arms, mut seconds) = (machine.fixed, 0.0);
         while let Some(next) = machine.nearest(scan.pending(), &arms) {
-            let index = usize::from(next.index);
-            let angles = recipe.pattern().nth(index).unwrap();
-            let (_, at) = scan
-                .pending()
-                .find(|(index, _)| *index == next.index)
-                .unwrap();
-            scan.record(next.index, read_sensor(angles, &at)).unwrap();
+            let (_, at) = recipe.directions().nth(next.index.into()).unwrap();
+            scan.record(next.index, read_sensor(&at)).unwrap();
             (arms, seconds) = (next.arms, seconds + next.seconds);
         }
         let mut fit = scan.fit().unwrap();
@@ -101,7 +102,8 @@ pub fn expected() -> [String; 2] {
         *by_steps += &line(name, "seconds", &[seconds]);
         *by_steps += &lines;
         *by_steps += &line(name, "values", &fitted.values().collect::<Vec<_>>());
-        *by_driver += &line(name, "moves", &[8.0]);
+        // In addition to the samples, with the lamp off before each part of the scan and at the end, and the first again.
+        *by_driver += &line(name, "moves", &[12.0]);
         *by_driver += &lines;
     }
     printed
