@@ -195,7 +195,11 @@ impl<'a, K: ScanModel> Driver<'a, K> {
             state: State::Hello,
             task: Task::Scan,
             is_connected: false,
-            proof: Proof::new(restored),
+            // A host that measures confirms that they are of this material.
+            proof: Proof::new(match config.host {
+                Host::Measures => 0,
+                Host::Listens | Host::Absent => restored,
+            }),
             asked: None,
             is_target_missed: false,
             flash,

@@ -158,7 +158,7 @@ impl Emulator {
     /// # Panics
     /// If there is none within 60 s.
     pub fn wait_for_error(&self, code: ErrorCode) {
-        let _ = self.wait_for(&format!("Error {{ code: {code:?}"));
+        let _ = self.wait_for(&format!("Error {{ code: \"{code:?}\""));
     }
 
     /// Waits until the log meets a condition.

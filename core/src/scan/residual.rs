@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::evidence::Evidence;
+use super::evidence::{Evidence, EvidenceLimits};
 use super::memory::{is_clamped, measured_brdf};
 use super::status::Status;
 use crate::error::ErrorCode;
@@ -37,6 +37,37 @@ pub struct Residual {
     pub implausible: Option<ErrorCode>,
     /// The checks of a [`Driver`](crate::driver::Driver). They are empty without one.
     pub evidence: Evidence,
+}
+
+impl Residual {
+    /// Adds the evidence of a scan with this number of readings. A cause that it names precedes the effect on the fit.
+    pub(crate) fn with_evidence(
+        self,
+        evidence: Evidence,
+        limits: EvidenceLimits,
+        recorded: u16,
+    ) -> Self {
+        let exceeds = |value: f32, limit: f32| limit > 0.0 && (value > limit || value.is_nan());
+        let saturated = f32::from(self.saturated) / f32::from(recorded.max(1));
+        let causes = [
+            (ErrorCode::RoomLight, evidence.dark, limits.dark),
+            (ErrorCode::Drift, evidence.drift, limits.drift),
+            (ErrorCode::Saturated, Some(saturated), limits.saturated),
+        ];
+        let cause = causes
+            .into_iter()
+            .find(|(_, value, limit)| value.is_some_and(|value| exceeds(value, *limit)));
+        let is_old = evidence.restored >= recorded;
+        let restored = is_old.then_some(ErrorCode::Restored);
+        Self {
+            implausible: cause
+                .map(|(code, ..)| code)
+                .or(self.implausible)
+                .or(restored),
+            evidence,
+            ..self
+        }
+    }
 }
 
 /// A residual that is being computed: its mean is still a sum.
