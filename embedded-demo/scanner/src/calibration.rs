@@ -36,16 +36,22 @@ where
     T: Write,
 {
     /// Reads dark and white counts, checks the conversion at other angles, and saves the counts. The white tile lies on the
-    /// sample's place.
+    /// sample's place. If the lamp has no switch, the operator covers it.
     ///
     /// # Errors
     /// Of [`Device::home`] and [`Device::read`]; [`ErrorCode::WhiteSaturated`], [`ErrorCode::WhiteNotBrighter`]; an error of
     /// [`examine`], or [`ErrorCode::TileOther`] if a cosine or the angle of a polar axis is wrong.
-    pub(crate) async fn calibrate(&mut self, white: White) -> Result<(), Error> {
+    pub(crate) async fn calibrate(&mut self, white: White, has_switch: bool) -> Result<(), Error> {
         let of = TILE.len() as u16 + 2;
         self.home().await?;
+        if !has_switch {
+            self.ask(Event::Cover).await?;
+        }
         let dark = self.read(white.at, false).await?;
         self.show(Event::Reading(1, of, dark)).await;
+        if !has_switch {
+            self.ask(Event::Uncover).await?;
+        }
         let lit = self.read(white.at, true).await?;
         self.show(Event::Reading(2, of, lit)).await;
         if lit.is_saturated {

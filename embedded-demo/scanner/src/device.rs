@@ -119,6 +119,18 @@ where
         }
     }
 
+    /// Shows a question, and waits for the answer.
+    ///
+    /// # Errors
+    /// [`ErrorCode::Stopped`].
+    pub(crate) async fn ask(&mut self, question: Event<'_>) -> Result<(), Error> {
+        self.show(question).await;
+        match self.command().await {
+            Command::Stop => Err(Error::new(ErrorCode::Stopped)),
+            _ => Ok(()),
+        }
+    }
+
     /// Sends what the line takes. The driver repeats requests that are lost.
     pub(crate) async fn send(&mut self, mut bytes: &[u8]) {
         while !bytes.is_empty() {
@@ -197,10 +209,7 @@ where
     /// Of the arms or the flash, or [`ErrorCode::Stopped`].
     pub(crate) async fn home(&mut self) -> Result<StepCheck, Error> {
         if self.machine.arms.needs_confirmation() {
-            self.show(Event::Question).await;
-            if self.command().await == Command::Stop {
-                return Err(Error::new(ErrorCode::Stopped));
-            }
+            self.ask(Event::Question).await?;
         }
         self.show(Event::Homing).await;
         self.save_angles(None)?;

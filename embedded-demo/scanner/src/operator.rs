@@ -29,6 +29,10 @@ pub enum Event<'v> {
     /// The positions of the arms are unknown. [`Command::Resume`] homes them, if the lamp is nearer to the normal than the
     /// sensor.
     Question,
+    /// The lamp cannot be switched. [`Command::Resume`] reads the dark, once it is covered.
+    Cover,
+    /// [`Command::Resume`] reads the white, once the lamp is uncovered.
+    Uncover,
     /// The arms go home.
     Homing,
     /// A reading, its number and that of all, and its counts.
@@ -63,6 +67,7 @@ impl Event<'_> {
     pub fn state(&self) -> State {
         match self {
             Self::Waiting | Self::Saved | Self::Question | Self::Calibrated => State::Waits,
+            Self::Cover | Self::Uncover => State::Waits,
             Self::Homing | Self::Reading(..) | Self::Check(_) | Self::Unsaved => State::Moves,
             Self::Finished(residual, _) if residual.implausible.is_none() => State::Finished,
             Self::Finished(..) | Self::Failed(_) => State::Failed,
@@ -78,6 +83,8 @@ impl fmt::Display for Event<'_> {
             Self::Question => f.write_str(
                 "the positions are unknown: turn the lamp nearer to the normal than the sensor, then press",
             ),
+            Self::Cover => f.write_str("cover the lamp, then press"),
+            Self::Uncover => f.write_str("uncover the lamp, then press"),
             Self::Homing => f.write_str("homing"),
             Self::Reading(number, of, counts) => write!(f, "reading {number} of {of}: {counts}"),
             Self::Check(counts) => write!(f, "check: {counts}"),

@@ -56,7 +56,10 @@ pub async fn run<K: ScanModel, S: OutputPin, D: OutputPin, H: InputPin, R: Senso
         };
         let result = match next {
             Command::Stop => continue,
-            Command::Calibrate => device.calibrate(white).await.map(|()| Event::Calibrated),
+            Command::Calibrate => device
+                .calibrate(white, config.limits.dark > 0.0)
+                .await
+                .map(|()| Event::Calibrated),
             Command::Resume | Command::Restart => {
                 let begun = device.begin(next, &mut scan, white).await;
                 match begun {
