@@ -37,6 +37,7 @@ pub struct Directions<T> {
 /// Normalizes a finite direction whose length is 1 within [`UNIT_TOLERANCE`], by one step of Newton's method; None for
 /// other vectors. The result is a unit vector within 2e-6, and within rounding if the direction was one already. (A
 /// square root would be less accurate with micromath.)
+#[inline]
 pub(super) fn normalize(direction: [f32; 3]) -> Option<[f32; 3]> {
     const SHORTEST: f32 = (1.0 - UNIT_TOLERANCE) * (1.0 - UNIT_TOLERANCE);
     const LONGEST: f32 = (1.0 + UNIT_TOLERANCE) * (1.0 + UNIT_TOLERANCE);
