@@ -31,6 +31,7 @@ internal! { mod prediction }
 internal! { mod ridge }
 mod sgd;
 mod start;
+mod work;
 
 pub use model::{AnyModel, Linear, ScanModel};
 

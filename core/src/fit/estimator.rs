@@ -190,20 +190,16 @@ impl<'a> Estimator<'a> {
         let Some(coefficients) = self.coefficients() else {
             return;
         };
-        let samples = readings.0;
-        let before = coefficients.units(samples.len());
+        let before = coefficients.units(readings.0.len());
         let split = words.split_at_mut_checked(self.refinement_words());
         let (words, state) = split.unwrap_or_default();
-        for unit in done..end {
-            match unit.checked_sub(before) {
-                None => coefficients.advance(unit, samples, state),
-                Some(unit) => {
-                    if let Some(refinement) = self.refinement() {
-                        let lists = coefficients.coefficients(state);
-                        (functions.refine)(refinement, words, readings, lists, unit);
-                    }
-                }
-            }
+        coefficients.advance(done..end.min(before), readings.0, state);
+        if let Some(refinement) = self.refinement()
+            && end > before
+        {
+            let units = done.saturating_sub(before)..end.saturating_sub(before);
+            let lists = coefficients.coefficients(state);
+            (functions.refine)(refinement, words, readings, lists, units);
         }
     }
 
@@ -282,10 +278,9 @@ impl<'a> Estimator<'a> {
     ) -> [f32; 3] {
         match (self.parameters(), self.coefficients()) {
             (0, Some(coefficients)) => {
-                let center = coefficients.ridge.center.get(index);
-                let weight = at.cos_theta_i() * at.cos_theta_o();
                 let lists = coefficients.coefficients(words);
-                brdf_at(coefficients.rows(), index, (center, weight), lists)
+                let center = coefficients.ridge.center;
+                brdf_at(coefficients.rows(), center, index, at, lists)
             }
             (parameters, _) => (functions.brdf)(words.get(..parameters).unwrap_or_default(), at),
         }

@@ -53,7 +53,9 @@ impl Prediction<'_> {
         }
         sum += self.innovation * ln(innovation + MIN_INNOVATION);
         sum += self.residual * ln(residual + MIN_RESIDUAL);
-        sum += self.partial_loss.get(usize::from(readings).saturating_sub(1));
+        sum += self
+            .partial_loss
+            .get(usize::from(readings).saturating_sub(1));
         exp(sum)
     }
 
@@ -61,7 +63,9 @@ impl Prediction<'_> {
     pub(super) fn bound(&self, readings: u16) -> f32 {
         match self.partial_bound.is_empty() {
             true => self.bound,
-            false => self.partial_bound.get(usize::from(readings).saturating_sub(1)),
+            false => self
+                .partial_bound
+                .get(usize::from(readings).saturating_sub(1)),
         }
     }
 }
