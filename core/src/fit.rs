@@ -37,6 +37,7 @@ pub use model::{AnyModel, Linear, ScanModel};
 
 pub(crate) use estimator::is_finite;
 pub(crate) use model::{RIDGE, SGD};
+pub(crate) use prediction::PredictedLoss;
 
 internal! { channels::Channels }
 internal! { coefficients::{Coefficients, Net, Noise, Ridge} }

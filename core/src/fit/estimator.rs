@@ -3,7 +3,7 @@
 use super::channels::{Channels, Readings, keep_gray};
 use super::coefficients::{Coefficients, Net, brdf_at};
 use super::model::{Functions, RIDGE};
-use super::prediction::Prediction;
+use super::prediction::{PredictedLoss, Prediction};
 use super::sgd::Sgd;
 use super::start::Refinement;
 use crate::geometry::HalfDifference;
@@ -237,33 +237,18 @@ impl<'a> Estimator<'a> {
         words: &[f32],
         residual: f32,
         readings: u16,
-    ) -> Option<f32> {
-        let coefficients = self.coefficients()?;
+    ) -> Option<PredictedLoss> {
+        let (coefficients, prediction) = self.coefficients().zip(self.prediction())?;
         let state = self.state(words);
         let innovation = coefficients.innovation(state);
         let lists = coefficients.coefficients(state);
-        Some(
-            self.prediction()?
-                .loss(lists, innovation, residual, readings),
-        )
-    }
-
-    /// Returns the ratio of the upper bound to the predicted loss. None if the recipe has no prediction.
-    pub(crate) fn bound_ratio(&self, readings: u16) -> Option<f32> {
-        Some(self.prediction()?.bound(readings))
+        Some(prediction.loss(lists, innovation, residual, readings))
     }
 
     /// Returns true if the recipe bounds the loss of a fit with some of the readings.
     pub(crate) fn bounds_partial_loss(&self) -> bool {
         let prediction = self.prediction();
         self.tolerates_missing() && prediction.is_some_and(|each| !each.partial_bound.is_empty())
-    }
-
-    /// Returns true if the innovation of a complete fit exceeds that of all training materials. None without a
-    /// prediction.
-    pub(crate) fn is_unlike_training(&self, words: &[f32]) -> Option<bool> {
-        let innovation = self.coefficients()?.innovation(self.state(words));
-        Some(innovation > self.prediction()?.max_innovation)
     }
 
     /// Returns the modeled BRDF (linear RGB, sr^-1, not times the cosine) at a sample of the pattern.

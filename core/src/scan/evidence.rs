@@ -2,9 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::residual::Residual;
-use crate::error::ErrorCode;
-
 /// Checks of a scan by readings that the fit does not use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -19,7 +16,7 @@ pub struct Evidence {
     pub restored: u16,
 }
 
-/// The limits of a scan's [`Evidence`]. A result beyond one of them is [implausible](Residual::implausible). 0, a negative
+/// The limits of a scan's [`Evidence`]. A result beyond one of them is [implausible](super::Residual::implausible). 0, a negative
 /// number or NaN: not limited, and the readings that it needs are not made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -45,35 +42,4 @@ impl EvidenceLimits {
         drift: 0.0,
         saturated: 0.0,
     };
-}
-
-impl Residual {
-    /// Adds the evidence of a scan with this number of readings. A cause that it names precedes the effect on the fit.
-    pub(crate) fn with_evidence(
-        self,
-        evidence: Evidence,
-        limits: EvidenceLimits,
-        recorded: u16,
-    ) -> Self {
-        let exceeds = |value: f32, limit: f32| limit > 0.0 && (value > limit || value.is_nan());
-        let saturated = f32::from(self.saturated) / f32::from(recorded.max(1));
-        let causes = [
-            (ErrorCode::RoomLight, evidence.dark, limits.dark),
-            (ErrorCode::Drift, evidence.drift, limits.drift),
-            (ErrorCode::Saturated, Some(saturated), limits.saturated),
-        ];
-        let cause = causes
-            .into_iter()
-            .find(|(_, value, limit)| value.is_some_and(|value| exceeds(value, *limit)));
-        let is_old = evidence.restored >= recorded;
-        let restored = is_old.then_some(ErrorCode::Restored);
-        Self {
-            implausible: cause
-                .map(|(code, ..)| code)
-                .or(self.implausible)
-                .or(restored),
-            evidence,
-            ..self
-        }
-    }
 }

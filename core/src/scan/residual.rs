@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::evidence::Evidence;
-use super::memory::{is_clamped, measured_brdf};
-use super::status::Status;
+use super::evidence::{Evidence, EvidenceLimits};
+use super::slot::{Status, is_clamped, measured_brdf};
 use crate::error::ErrorCode;
 use crate::geometry::HalfDifference;
 use crate::model::loss::cosine_weighted_log_error;
@@ -39,6 +38,33 @@ pub struct Residual {
     pub evidence: Evidence,
 }
 
+impl Residual {
+    /// Adds the evidence of a scan with this number of readings. A cause that it names precedes the effect on the fit.
+    pub(crate) fn with_evidence(
+        self,
+        evidence: Evidence,
+        limits: EvidenceLimits,
+        recorded: u16,
+    ) -> Self {
+        let exceeds = |value: f32, limit: f32| limit > 0.0 && (value > limit || value.is_nan());
+        let saturated = f32::from(self.saturated) / f32::from(recorded.max(1));
+        let causes = [
+            (ErrorCode::RoomLight, evidence.dark, limits.dark),
+            (ErrorCode::Drift, evidence.drift, limits.drift),
+            (ErrorCode::Saturated, Some(saturated), limits.saturated),
+        ];
+        let mut causes = causes.into_iter();
+        let cause = causes.find_map(|(code, value, limit)| exceeds(value?, limit).then_some(code));
+        let is_old = evidence.restored >= recorded;
+        let restored = is_old.then_some(ErrorCode::Restored);
+        Self {
+            implausible: cause.or(self.implausible).or(restored),
+            evidence,
+            ..self
+        }
+    }
+}
+
 /// A residual that is being computed: its mean is still a sum.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct ResidualSum {
@@ -63,15 +89,15 @@ impl ResidualSum {
         modeled: impl FnOnce(&HalfDifference<f32>) -> [f32; 3],
     ) {
         let status = Status::of(slot);
-        if !status.is_read() {
+        if !status.has(Status::READ) {
             return;
         }
         let bits = measured_brdf(slot).map(f32::to_bits);
         let is_repeated = self.previous.replace(bits) == Some(bits);
         let count = |sum: u16, flag: bool| sum.saturating_add(u16::from(flag));
         let residual = &mut self.residual;
-        residual.saturated = count(residual.saturated, status.is_saturated());
-        if !status.counts() {
+        residual.saturated = count(residual.saturated, status.has(Status::SATURATED));
+        if !status.has(Status::COUNTED) {
             return;
         }
         let Sample { at, measured, .. } = unpack(slot, 1.0);
