@@ -265,7 +265,7 @@ impl<'a, K: ScanModel> Driver<'a, K> {
             match is_check {
                 true => self.proof.record(reading, self.scan.mean_reading()),
                 false => {
-                    self.scan.mark_unsaved(index);
+                    self.scan.mark_unsaved(index, true);
                     self.proof.record_sample(index, reading);
                     self.is_target_missed = false;
                 }
@@ -274,8 +274,7 @@ impl<'a, K: ScanModel> Driver<'a, K> {
             return Ok(());
         };
         let is_attempt = error.code != ErrorCode::ReadingIndex;
-        if is_attempt && scan.count_invalid_reading(index) >= attempts {
-            scan.forget_invalid_readings(index);
+        if is_attempt && scan.count_invalid_reading(index, attempts) {
             let is_read = scan.reading(index).is_some();
             self.asked = None;
             match is_check {
@@ -299,7 +298,7 @@ impl<'a, K: ScanModel> Driver<'a, K> {
             true => self.proof.advance(),
             false => {
                 scan.skip(index)?;
-                scan.mark_unsaved(index);
+                scan.mark_unsaved(index, true);
             }
         }
         self.cancel_measure(Some(index));

@@ -31,11 +31,13 @@ internal! { mod prediction }
 internal! { mod ridge }
 mod sgd;
 mod start;
+mod work;
 
 pub use model::{AnyModel, Linear, ScanModel};
 
 pub(crate) use estimator::is_finite;
 pub(crate) use model::{RIDGE, SGD};
+pub(crate) use prediction::PredictedLoss;
 
 internal! { channels::Channels }
 internal! { coefficients::{Coefficients, Net, Noise, Ridge} }

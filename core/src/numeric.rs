@@ -5,9 +5,11 @@
 
 mod floats;
 pub mod math;
+mod parts;
 mod rows;
 mod scalar;
 
 pub use floats::Floats;
+pub use parts::split;
 pub use rows::{ComponentRows, Matrix, PackedRows, Rows};
 pub use scalar::{Real, Scalar, Stored, TERMS, Trigonometry, Value};

@@ -7,17 +7,18 @@
 
 mod evidence;
 mod fit;
-mod memory;
 mod plausibility;
 mod reading;
 mod residual;
-mod stage;
-mod status;
+mod slot;
+mod state;
 
 pub use evidence::{Evidence, EvidenceLimits};
 pub use fit::{Fit, Fitted};
 pub use reading::Recorded;
 pub use residual::Residual;
+
+pub(crate) use reading::index_error;
 
 use core::marker::PhantomData;
 
@@ -28,9 +29,8 @@ use crate::gonio::Reading;
 use crate::model::Slot;
 use crate::model::linear::Basis;
 use crate::recipe::Recipe;
-use memory::{measured_brdf, split, split_mut};
-use stage::{Checks, Fitting, Stage};
-use status::Status;
+use slot::{Status, measured_brdf, with_flag};
+use state::{Checks, Fitting, Stage, State, split_mut};
 
 /// A scan of one material, recording readings.
 ///
@@ -62,12 +62,7 @@ use status::Status;
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 pub struct Scan<'a, K: ScanModel> {
-    recipe: Recipe<'a>,
-    basis: Option<Basis<'a>>,
-    memory: &'a mut [f32],
-    /// Words of the memory that this recipe needs.
-    needed: usize,
-    stage: Stage,
+    state: State<'a>,
     model: PhantomData<K>,
 }
 
@@ -97,28 +92,17 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     /// # Errors
     /// Fails like [`Scan::accept`].
     pub fn new(recipe: Recipe<'a>, memory: &'a mut [f32]) -> Result<Self, Error> {
-        let needed = Self::accept(&recipe, memory.len())?;
-        let mut scan = Self {
-            recipe,
-            basis: None,
-            memory,
-            needed,
-            stage: Stage::Reading,
+        Self::accept(&recipe, memory.len())?;
+        state::initialize(memory, &recipe);
+        Ok(Self {
+            state: State {
+                recipe,
+                basis: None,
+                memory,
+                stage: Stage::Reading,
+            },
             model: PhantomData,
-        };
-        let (slots, _) = scan.parts();
-        memory::initialize(slots, &recipe);
-        Ok(scan)
-    }
-
-    /// Returns the samples and the workspace of the fit.
-    fn parts(&mut self) -> (&mut [Slot], &mut [f32]) {
-        let memory = self.memory.get_mut(..self.needed).unwrap_or_default();
-        split_mut(memory, self.recipe.samples())
-    }
-
-    fn slots(&self) -> &[Slot] {
-        split(self.memory, self.recipe.samples()).0
+        })
     }
 
     /// Adds the basis that [`Fitted::brdf`] needs for recipes of Linear. `trainer export --format basis` writes it.
@@ -126,32 +110,32 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     /// # Errors
     /// [`ErrorCode::Basis`] if the recipe names another basis, or none. Only recipes of Linear name a basis.
     pub fn with_basis(mut self, basis: Basis<'a>) -> Result<Self, Error> {
-        let named = self.recipe.estimator.basis_checksum();
+        let named = self.state.recipe.estimator.basis_checksum();
         if named != Some(basis.whole_checksum()) {
             let details = [named.unwrap_or(0), basis.whole_checksum()];
             return Err(Error::with(ErrorCode::Basis, details));
         }
-        self.basis = Some(basis);
+        self.state.basis = Some(basis);
         Ok(self)
     }
 
     /// The basis, if one was added.
     #[must_use]
     pub fn basis(&self) -> Option<&Basis<'a>> {
-        self.basis.as_ref()
+        self.state.basis.as_ref()
     }
 
     /// Forgets all readings and starts again.
     pub fn restart(&mut self) {
-        self.stage = Stage::Reading;
-        let (slots, _) = self.parts();
-        slots.iter_mut().for_each(|slot| Status::PENDING.put(slot));
+        self.state.stage = Stage::Reading;
+        let slots = self.state.slots_mut().iter_mut();
+        slots.for_each(|slot| Status::PENDING.put(slot));
     }
 
     /// The recipe.
     #[must_use]
     pub fn recipe(&self) -> &Recipe<'a> {
-        &self.recipe
+        &self.state.recipe
     }
 
     /// The pending samples in the recipe's order: index and directions.
@@ -161,13 +145,13 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     /// [tolerates missing readings](Recipe::tolerates_missing), the first samples are the
     /// most informative, and the scan may finish early.
     pub fn pending(&self) -> impl Iterator<Item = (u16, Directions<f32>)> {
-        memory::pending(self.slots())
+        self.state.pending()
     }
 
     /// The first of [`Scan::pending`]. None if every sample is read or skipped.
     #[must_use]
     pub fn next_pending(&self) -> Option<(u16, Directions<f32>)> {
-        memory::next_pending(self.slots())
+        self.state.next_pending()
     }
 
     /// Records the reading of a sample of the pattern, in any order. A second reading of the same sample replaces the
@@ -178,9 +162,8 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     /// [`ErrorCode::ReadingIndex`], [`ErrorCode::ReadingNonFinite`] or [`ErrorCode::ReadingNegative`]. The scan is then
     /// unchanged.
     pub fn record(&mut self, index: u16, reading: Reading) -> Result<Recorded, Error> {
-        let (slots, _) = self.parts();
-        let recorded = reading::record(slots, index, reading)?;
-        self.stage = Stage::Reading;
+        let recorded = reading::record(self.state.slots_mut(), index, reading)?;
+        self.state.stage = Stage::Reading;
         Ok(recorded)
     }
 
@@ -192,10 +175,8 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     /// [`ErrorCode::ReadingIndex`] if it has no such sample. The scan is then unchanged.
     pub fn skip(&mut self, index: u16) -> Result<(), Error> {
         self.check_tolerance(index)?;
-        let (slots, _) = self.parts();
-        let slot = reading::slot_mut(slots, index)?;
-        Status::SKIP.put(slot);
-        self.stage = Stage::Reading;
+        Status::SKIP.put(reading::slot_mut(self.state.slots_mut(), index)?);
+        self.state.stage = Stage::Reading;
         Ok(())
     }
 
@@ -206,8 +187,7 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     /// scan is then unchanged.
     pub fn finish_early(&mut self) -> Result<(), Error> {
         self.check_tolerance(self.next_pending().map_or(0, |(index, _)| index))?;
-        let (slots, _) = self.parts();
-        for slot in slots {
+        for slot in self.state.slots_mut() {
             if Status::of(slot).is_pending() {
                 Status::SKIP.put(slot);
             }
@@ -216,7 +196,7 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     }
 
     fn check_tolerance(&self, index: u16) -> Result<(), Error> {
-        match self.recipe.estimator.tolerates_missing() {
+        match self.state.recipe.estimator.tolerates_missing() {
             true => Ok(()),
             false => Err(Error::with(ErrorCode::ReadingRequired, [index.into(), 0])),
         }
@@ -225,63 +205,48 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     /// The recorded reading of a sample, if any, unchanged by fits.
     #[must_use]
     pub fn reading(&self, index: u16) -> Option<Reading> {
-        let slot = self.slots().get(usize::from(index))?;
-        let status = Status::of(slot);
-        status.is_read().then(|| Reading {
-            brdf: measured_brdf(slot),
-            saturated: status.is_saturated(),
-        })
+        slot::reading(self.state.slots().get(usize::from(index))?)
     }
 
     /// Returns true if the readings are the first ones in the recipe's order, all unsaturated, and no sample is skipped. A
     /// [bound of their loss](Fitted::loss_bound) holds only then.
     pub(crate) fn is_prefix(&self) -> bool {
-        memory::is_prefix(self.slots())
+        self.state.is_prefix()
     }
 
-    /// Counts an invalid reading of a sample. Returns the count since its last valid reading.
-    pub(crate) fn count_invalid_reading(&mut self, index: u16) -> u8 {
-        let (slots, _) = self.parts();
-        let Some(slot) = slots.get_mut(usize::from(index)) else {
-            return 0;
+    /// Changes the state of a sample. The default if the pattern has no such sample.
+    fn update<T: Default>(&mut self, index: u16, change: impl FnOnce(&mut Status) -> T) -> T {
+        let Some(slot) = self.state.slots_mut().get_mut(usize::from(index)) else {
+            return T::default();
         };
-        let (status, count) = Status::of(slot).with_invalid_reading();
+        let mut status = Status::of(slot);
+        let result = change(&mut status);
         status.put(slot);
-        count
+        result
     }
 
-    /// Forgets that readings of a sample were invalid.
-    pub(crate) fn forget_invalid_readings(&mut self, index: u16) {
-        let (slots, _) = self.parts();
-        if let Some(slot) = slots.get_mut(usize::from(index)) {
-            Status::of(slot).without_invalid_readings().put(slot);
-        }
+    /// Counts an invalid reading of a sample. At the limit of the count since the last valid reading, it returns true and
+    /// begins again.
+    pub(crate) fn count_invalid_reading(&mut self, index: u16, limit: u8) -> bool {
+        self.update(index, |status| status.count_invalid(limit))
     }
 
-    /// Marks a sample as not saved.
-    pub(crate) fn mark_unsaved(&mut self, index: u16) {
-        let (slots, _) = self.parts();
-        if let Some(slot) = slots.get_mut(usize::from(index)) {
-            Status::of(slot).unsaved(true).put(slot);
-        }
+    /// Marks a sample as saved or not.
+    pub(crate) fn mark_unsaved(&mut self, index: u16, is_unsaved: bool) {
+        self.update(index, |status| status.set(Status::UNSAVED, is_unsaved));
     }
 
     /// Returns the first sample that is not saved, with its reading, or None if it was skipped. Marks it as saved.
     pub(crate) fn take_unsaved(&mut self) -> Option<(u16, Option<Reading>)> {
-        let (slots, _) = self.parts();
-        let mut slots = (0..).zip(slots.iter_mut());
-        let (index, slot) = slots.find(|(_, slot)| Status::of(slot).is_unsaved())?;
-        Status::of(slot).unsaved(false).put(slot);
+        let unsaved = |(_, slot): &(u16, &Slot)| Status::of(slot).has(Status::UNSAVED);
+        let (index, _) = (0..).zip(self.state.slots()).find(unsaved)?;
+        self.mark_unsaved(index, false);
         Some((index, self.reading(index)))
     }
 
     /// Number of samples with a reading.
     pub(crate) fn recorded(&self) -> u16 {
-        let read = self
-            .slots()
-            .iter()
-            .filter(|slot| Status::of(slot).is_read());
-        read.count() as u16 // at most MAX_SAMPLES
+        with_flag(self.state.slots(), Status::READ).count() as u16 // at most MAX_SAMPLES
     }
 
     /// Checks a reading that is not recorded.
@@ -289,30 +254,24 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     /// # Errors
     /// Fails like [`Scan::record`].
     pub(crate) fn check(&self, index: u16, reading: Reading) -> Result<(), Error> {
-        let samples = self.recipe.samples();
+        let samples = self.state.recipe.samples();
         match usize::from(index) < samples {
             true => reading.check(index),
-            false => Err(reading::index_error(index, samples)),
+            false => Err(index_error(index, samples)),
         }
     }
 
     /// The mean over channels and readings of the samples, sr^-1, at least 0. Readings below 0 count as 0.
     pub(crate) fn mean_reading(&self) -> f32 {
-        let read = self
-            .slots()
-            .iter()
-            .filter(|slot| Status::of(slot).is_read());
-        let sum = read
-            .flat_map(measured_brdf)
-            .filter(|value| *value > 0.0)
-            .sum::<f32>();
+        let read = with_flag(self.state.slots(), Status::READ).flat_map(measured_brdf);
+        let sum = read.filter(|value| *value > 0.0).sum::<f32>();
         sum / (3.0 * f32::from(self.recorded().max(1)))
     }
 
     /// Adds the evidence of the scan to the residual of its fit.
     pub(crate) fn add_evidence(&mut self, evidence: Evidence, limits: EvidenceLimits) {
         let recorded = self.recorded();
-        if let Stage::Fitted { residual, .. } = &mut self.stage {
+        if let Stage::Fitted { residual, .. } = &mut self.state.stage {
             *residual = residual.with_evidence(evidence, limits, recorded);
         }
     }
@@ -325,43 +284,28 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     /// # Errors
     /// [`ErrorCode::Incomplete`] if no reading was recorded, or if a reading is missing that the recipe needs.
     /// [`ErrorCode::ReadingsTooLarge`] if the readings are too large for any material.
-    pub fn fit(&mut self) -> Result<Fit<'_, K>, Error> {
-        let recipe = self.recipe;
-        let (slots, words) = self.parts();
-        let counted = memory::mark_counted(slots, &recipe);
-        if counted == 0 {
-            return Err(memory::incomplete(slots));
-        }
-        let channels = reading::check(slots)?;
+    pub fn fit(&mut self) -> Result<Fit<'_, 'a, K>, Error> {
+        let readings = self.state.mark_counted()?;
+        let channels = reading::check(self.state.slots())?;
+        let State { recipe, memory, .. } = &mut self.state;
+        let (_, words) = split_mut(memory, recipe);
         recipe.estimator.start(words, channels);
-        Ok(self.fit_from(Fitting {
-            done: 0,
-            channels,
-            readings: counted as u16, // at most MAX_SAMPLES
-            checks: Checks::default(),
-        }))
-    }
-
-    fn fit_from(&mut self, fitting: Fitting) -> Fit<'_, K> {
-        self.stage = Stage::Fitting(fitting);
-        let memory = self.memory.get_mut(..self.needed).unwrap_or_default();
-        let (slots, words) = split_mut(memory, self.recipe.samples());
-        Fit {
-            recipe: &self.recipe,
-            basis: self.basis,
-            slots,
-            words,
-            stage: &mut self.stage,
-            fitting,
-            model: PhantomData,
-        }
+        Ok(Fit::new(
+            &mut self.state,
+            Fitting {
+                done: 0,
+                channels,
+                readings,
+                checks: Checks::default(),
+            },
+        ))
     }
 
     /// The fit in progress. None if no fit has begun, if it is finished, or if a reading was recorded since.
     /// This is for firmware that cannot keep a [`Fit`] between two iterations of its loop.
-    pub fn fit_under_way(&mut self) -> Option<Fit<'_, K>> {
-        match self.stage {
-            Stage::Fitting(fitting) => Some(self.fit_from(fitting)),
+    pub fn fit_under_way(&mut self) -> Option<Fit<'_, 'a, K>> {
+        match self.state.stage {
+            Stage::Fitting(fitting) => Some(Fit::new(&mut self.state, fitting)),
             _ => None,
         }
     }
@@ -369,23 +313,20 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     /// The fitted material. None if no fit was finished since the last reading.
     #[must_use]
     pub fn fitted(&self) -> Option<Fitted<'_, K>> {
-        let Stage::Fitted { residual, readings } = self.stage else {
-            return None;
-        };
-        let memory = self.memory.get(..self.needed).unwrap_or_default();
-        Some(Fitted {
-            recipe: &self.recipe,
-            basis: self.basis,
-            words: split(memory, self.recipe.samples()).1,
-            residual,
-            readings,
-            model: PhantomData,
-        })
+        match self.state.stage {
+            Stage::Fitted { residual, readings } => Some(Fitted {
+                state: &self.state,
+                residual,
+                readings,
+                model: PhantomData,
+            }),
+            _ => None,
+        }
     }
 
     /// Returns the memory, for another scan.
     #[must_use]
     pub fn into_memory(self) -> &'a mut [f32] {
-        self.memory
+        self.state.memory
     }
 }

@@ -114,7 +114,9 @@ impl Field {
             Numbers::List(list) => list,
             Numbers::Rows(rows) => rows.floats(),
         };
-        numbers.iter().try_for_each(|number| self.check_number(number))
+        numbers
+            .iter()
+            .try_for_each(|number| self.check_number(number))
     }
 
     #[inline(always)]

@@ -14,7 +14,7 @@ use crate::error::{Error, ErrorCode};
 use crate::fit::ScanModel;
 use crate::gonio::Reading;
 use crate::recipe::Recipe;
-use crate::scan::Scan;
+use crate::scan::{Scan, index_error};
 use journal::{Content, ITEM_BYTES, Journal};
 
 /// Place of a store in a flash: two areas of the journal. Lengths are whole sectors.
@@ -174,10 +174,7 @@ impl<F: NorFlash> Store<F> {
     ) -> Result<(), Error> {
         let (_, samples) = self.recipe;
         if index >= samples {
-            return Err(Error::with(
-                ErrorCode::ReadingIndex,
-                [index.into(), samples.into()],
-            ));
+            return Err(index_error(index, samples.into()));
         }
         reading.map_or(Ok(()), |reading| reading.check(index))?;
         self.write(Item::Sample(index, reading, is_confirmed))

@@ -17,7 +17,7 @@
 
 use super::ldl::{add_outer_product, dot, packed_length, rows};
 use crate::model::linear::unmap;
-use crate::numeric::Real;
+use crate::numeric::{Real, split};
 
 /// The lists of coefficients: of the mean, and of the differences of red, green and blue.
 const LISTS: usize = 4;
@@ -44,16 +44,6 @@ pub struct Belief<S, M> {
     components: usize,
     memory: M,
     evidence: S,
-}
-
-/// The parts of a belief's memory.
-struct Parts<'m, S> {
-    /// The factors of the mean and of the differences, packed: the entries of a column of U above the diagonal, then that
-    /// of D.
-    factors: [&'m mut [S]; 2],
-    /// The expected coefficients of each list, K each.
-    coefficients: &'m mut [S],
-    scratch: [&'m mut [S]; 2],
 }
 
 /// The distribution of a mapped BRDF at a direction.
@@ -101,9 +91,9 @@ impl<S: Real, M: AsRef<[S]> + AsMut<[S]>> Belief<S, M> {
             memory,
             evidence: S::constant(0.0),
         };
-        let parts = belief.parts();
-        parts.coefficients.fill(S::constant(0.0));
-        for (factors, variances) in parts.factors.into_iter().zip(variances) {
+        let [of_mean, of_differences, coefficients, ..] = belief.parts();
+        coefficients.fill(S::constant(0.0));
+        for (factors, variances) in [of_mean, of_differences].into_iter().zip(variances) {
             factors.fill(S::constant(0.0));
             for (index, variance) in variances.enumerate() {
                 if let Some(entry) = factors.get_mut(packed_length(index) + index) {
@@ -114,34 +104,23 @@ impl<S: Real, M: AsRef<[S]> + AsMut<[S]>> Belief<S, M> {
         Some(belief)
     }
 
-    fn parts(&mut self) -> Parts<'_, S> {
-        let triangle = packed_length(self.components);
-        let mut rest = self.memory.as_mut();
-        let mut take = |length: usize| {
-            let (part, after) = core::mem::take(&mut rest)
-                .split_at_mut_checked(length)
-                .unwrap_or_default();
-            rest = after;
-            part
-        };
-        Parts {
-            factors: [take(triangle), take(triangle)],
-            coefficients: take(LISTS * self.components),
-            scratch: [take(self.components), take(self.components)],
-        }
+    /// The parts of the memory: the factors of the mean and of the differences, packed (the entries of a column of U above
+    /// the diagonal, then that of D), the expected coefficients of each list, and K numbers of scratch memory twice.
+    fn parts(&mut self) -> [&mut [S]; 5] {
+        let (components, triangle) = (self.components, packed_length(self.components));
+        let lists = LISTS * components;
+        let lengths = [triangle, triangle, lists, components, components];
+        split(self.memory.as_mut(), lengths).unwrap_or_default()
     }
 
     /// The factors of the mean, of the differences, and the coefficients.
     fn read(&self) -> [&[S]; 3] {
         let triangle = packed_length(self.components);
-        let memory = self.memory.as_ref();
-        let part = |start: usize, length: usize| memory.get(start..start + length);
-        [
-            part(0, triangle),
-            part(triangle, triangle),
-            part(2 * triangle, LISTS * self.components),
-        ]
-        .map(Option::unwrap_or_default)
+        let memory = self.memory.as_ref().split_at_checked(triangle);
+        let (of_mean, rest) = memory.unwrap_or_default();
+        let (of_differences, rest) = rest.split_at_checked(triangle).unwrap_or_default();
+        let coefficients = rest.get(..LISTS * self.components);
+        [of_mean, of_differences, coefficients.unwrap_or_default()]
     }
 
     /// Adds a reading. `row` are the components at its direction, `targets` the mapped BRDF of red, green and blue minus
@@ -151,11 +130,7 @@ impl<S: Real, M: AsRef<[S]> + AsMut<[S]>> Belief<S, M> {
         let mean = (red + green + blue) * S::constant(MEAN_SHARE);
         let lists = [mean, red - mean, green - mean, blue - mean];
         let components = self.components;
-        let Parts {
-            factors: [of_mean, of_differences],
-            coefficients,
-            scratch: [gain, scratch],
-        } = self.parts();
+        let [of_mean, of_differences, coefficients, gain, scratch] = self.parts();
         let mut evidence = S::constant(0.0);
         let mut coefficients = coefficients.chunks_exact_mut(components.max(1)).zip(lists);
         for (factors, noise, lists) in [
@@ -172,7 +147,9 @@ impl<S: Real, M: AsRef<[S]> + AsMut<[S]>> Belief<S, M> {
                 }
             }
         }
-        self.evidence = self.evidence.plus_product(evidence, S::constant(MEAN_SHARE));
+        self.evidence = self
+            .evidence
+            .plus_product(evidence, S::constant(MEAN_SHARE));
     }
 
     /// Assumes a reading that has its expected value.
@@ -190,24 +167,15 @@ impl<S: Real, M: AsRef<[S]> + AsMut<[S]>> Belief<S, M> {
         let mean = next();
         Predicted {
             expected: [next(), next(), next()].map(|difference| mean + difference),
-            variance: [variance(of_mean, row), variance(of_differences, row)],
+            variance: [of_mean, of_differences].map(|factors| multiply(factors, row, &mut [])),
         }
     }
 
     /// Returns by how much a reading at a direction would reduce the sum of the expected losses at the directions of the
     /// weights, over all channels.
     #[must_use]
-    pub fn reduction<T: AsRef<[S]>>(
-        &mut self,
-        row: &[S],
-        noise: S,
-        weights: &Weights<S, T>,
-    ) -> S {
-        let Parts {
-            factors: [of_mean, of_differences],
-            scratch: [product, _],
-            ..
-        } = self.parts();
+    pub fn reduction<T: AsRef<[S]>>(&mut self, row: &[S], noise: S, weights: &Weights<S, T>) -> S {
+        let [of_mean, of_differences, _, product, _] = self.parts();
         let mut of = |factors: &[S], noise: S| {
             let total = multiply(factors, row, product) + noise;
             weights.form(product) / total
@@ -254,21 +222,14 @@ impl<S: Real, T: AsRef<[S]>> Weights<S, T> {
     }
 
     /// Adds a direction. `center` is the mean of the training there, and `weight` is cos(theta_i) cos(theta_o).
-    pub fn add(
-        &mut self,
-        row: &[S],
-        predicted: &Predicted<S>,
-        center: S,
-        cos_theta_i: S,
-        weight: S,
-    ) where
+    pub fn add(&mut self, row: &[S], predicted: &Predicted<S>, center: S, cos_theta_i: S, weight: S)
+    where
         T: AsMut<[S]>,
     {
         let half = S::constant(0.5);
         let variance = predicted.channel_variance();
         let deviation = (half * variance.ln()).exp();
-        let function =
-            |mapped: S| (S::constant(1.0) + unmap(mapped, weight) * cos_theta_i).ln();
+        let function = |mapped: S| (S::constant(1.0) + unmap(mapped, weight) * cos_theta_i).ln();
         let changes = predicted.expected.map(|expected| {
             let mapped = center + expected;
             half * (function(mapped + deviation) - function(mapped - deviation))
@@ -310,17 +271,7 @@ fn columns<'a, S: Copy>(
     })
 }
 
-/// Returns q'S q.
-fn variance<S: Real>(factors: &[S], row: &[S]) -> S {
-    let mut sum = S::constant(0.0);
-    for (d, column, entry, before) in columns(factors, row) {
-        let f = entry + dot(column, before);
-        sum = sum.plus_product(d * f, f);
-    }
-    sum
-}
-
-/// Writes S q to `product`, and returns q'S q.
+/// Writes S q to `product`, as far as it has room, and returns q'S q.
 fn multiply<S: Real>(factors: &[S], row: &[S], product: &mut [S]) -> S {
     let mut sum = S::constant(0.0);
     for (index, (d, column, entry, before)) in columns(factors, row).enumerate() {
@@ -348,7 +299,9 @@ fn condition<S: Real>(factors: &mut [S], row: &[S], noise: S, gain: &mut [S], f:
     for (index, f) in f.iter().enumerate() {
         let parts = core::mem::take(&mut rest).split_at_mut_checked(index);
         let Some((column, after)) = parts else { break };
-        let Some((d, after)) = after.split_first_mut() else { break };
+        let Some((d, after)) = after.split_first_mut() else {
+            break;
+        };
         rest = after;
         let v = *d * *f;
         let before = total;

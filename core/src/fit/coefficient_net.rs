@@ -16,15 +16,15 @@
 
 mod adjoint;
 mod encoding;
-mod start_net;
 mod missing;
+mod start_net;
 
 pub use adjoint::CoefficientNetGradient;
 pub use encoding::{Encoding, Packed, Plain};
-pub use start_net::{StartNet, StartNetGradient, MAX_RMS};
 pub use missing::MissingPolicy;
+pub use start_net::{MAX_RMS, StartNet, StartNetGradient};
 
-use crate::numeric::Scalar;
+use crate::numeric::{Scalar, split};
 use encoding::scaled;
 
 /// Number of weights of a reading in each row: for its own channel, the mean of channels, and a missing reading.
@@ -103,7 +103,7 @@ impl<'a, S: Scalar, E: Encoding<S>> CoefficientNet<'a, S, E> {
     #[inline(always)]
     pub fn add(&self, sample: usize, input: &Input<S>, state: &mut [S]) {
         let [own, mean, missing] = self.columns(sample);
-        let Some([channels @ .., shared]) = lists(state, self.rows()) else {
+        let Some([channels @ .., shared]) = split(state, [self.rows(); LISTS]) else {
             return;
         };
         // A scalar that checks for zeros skips products that are 0.
@@ -131,7 +131,7 @@ impl<'a, S: Scalar, E: Encoding<S>> CoefficientNet<'a, S, E> {
     /// Computes the rows of each channel after all samples are added. Hidden units hold their activations.
     #[inline(always)]
     pub fn activate(&self, state: &mut [S]) {
-        let Some([channels @ .., shared]) = lists(state, self.rows()) else {
+        let Some([channels @ .., shared]) = split(state, [self.rows(); LISTS]) else {
             return;
         };
         for channel in channels {
@@ -175,22 +175,17 @@ impl<'a, S: Scalar, E: Encoding<S>> CoefficientNet<'a, S, E> {
     /// Returns the coefficients of each channel.
     #[inline(always)]
     pub fn coefficients<'s>(&self, state: &'s [S]) -> [&'s [S]; 3] {
-        let channel = |index: usize| {
-            let first = index.saturating_mul(self.rows());
-            let list = state.get(first..).unwrap_or_default();
-            list.get(..self.components).unwrap_or_default()
-        };
-        [channel(0), channel(1), channel(2)]
+        channels(state, self.rows(), self.components)
     }
 }
 
-/// Splits the memory into its lists: three channels, and their shared sum.
+/// Returns the first `length` entries of each channel's list. The starts of lists are `stride` entries apart.
 #[inline(always)]
-fn lists<S>(state: &mut [S], rows: usize) -> Option<[&mut [S]; LISTS]> {
-    let (red, rest) = state.split_at_mut_checked(rows)?;
-    let (green, rest) = rest.split_at_mut_checked(rows)?;
-    let (blue, shared) = rest.split_at_mut_checked(rows)?;
-    Some([red, green, blue, shared.get_mut(..rows)?])
+pub(super) fn channels<S>(list: &[S], stride: usize, length: usize) -> [&[S]; CHANNELS] {
+    [0, 1, 2].map(|channel: usize| {
+        let list = list.get(channel.saturating_mul(stride)..);
+        list.and_then(|list| list.get(..length)).unwrap_or_default()
+    })
 }
 
 #[inline(always)]

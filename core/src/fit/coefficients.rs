@@ -7,11 +7,15 @@
 //! With a second list of precisions, the mean of the three channels' t is solved with the first list, and their
 //! differences from the mean with the second one.
 
-use super::coefficient_net::{CHANNELS, CoefficientNet, Input, MissingPolicy, Packed};
+use core::ops::Range;
+
+use super::coefficient_net::{CHANNELS, CoefficientNet, Input, MissingPolicy, Packed, channels};
 use super::ridge::{System, factor_length, order, scratch_length};
+use super::work;
+use crate::geometry::HalfDifference;
 use crate::model::linear::{map, unmap};
 use crate::model::{Sample, Samples};
-use crate::numeric::{ComponentRows, Floats, PackedRows, Rows};
+use crate::numeric::{ComponentRows, Floats, PackedRows, Rows, split};
 use crate::section::{MAX_PRECISION, MIN_PRECISION, section};
 
 section! {
@@ -82,32 +86,23 @@ impl<'a> Net<'a> {
         MissingPolicy::from_number(self.missing)
     }
 
-    /// Units of work: one for each reading, one for the hidden units, and one for each channel.
-    fn units(samples: usize) -> usize {
-        samples.saturating_add(1).saturating_add(CHANNELS)
-    }
-
+    /// Adds the reading of a sample, or that it is missing.
     #[inline(never)]
-    fn advance(&self, unit: usize, center: Floats<'_>, samples: Samples<'_>, state: &mut [f32]) {
-        let net = self.weights();
-        if let Some(sample) = samples.get(unit) {
-            let present = samples.iter().map(|sample| is_present(&sample));
-            let scale = self.scale * self.missing().dropout_gain(present);
-            let is_missing = !is_present(&sample);
-            let input = Input {
-                channels: match is_missing {
-                    true => [0.0; CHANNELS],
-                    false => mapped(&sample, center.get(unit)).map(|u| u * scale),
-                },
-                missing: f32::from(u8::from(is_missing)),
-            };
-            net.add(unit, &input, state);
+    fn add(&self, index: usize, center: Floats<'_>, samples: Samples<'_>, state: &mut [f32]) {
+        let Some(sample) = samples.get(index) else {
             return;
-        }
-        match unit.checked_sub(samples.len().saturating_add(1)) {
-            None => net.activate(state),
-            Some(channel) => net.complete(channel, state),
-        }
+        };
+        let present = samples.iter().map(|sample| is_present(&sample));
+        let scale = self.scale * self.missing().dropout_gain(present);
+        let is_missing = !is_present(&sample);
+        let input = Input {
+            channels: match is_missing {
+                true => [0.0; CHANNELS],
+                false => mapped(&sample, center.get(index)).map(|u| u * scale),
+            },
+            missing: f32::from(u8::from(is_missing)),
+        };
+        self.weights().add(index, &input, state);
     }
 }
 
@@ -131,6 +126,26 @@ pub struct Coefficients<'a> {
     pub ridge: Ridge<'a>,
     /// The noise of readings, if the recipe states it.
     pub noise: Option<Noise<'a>>,
+}
+
+/// The kinds of units of work.
+#[derive(Clone, Copy)]
+enum Unit {
+    /// The net adds a reading.
+    Add,
+    /// The net computes its hidden units.
+    Activate,
+    /// The net computes the coefficients of a channel.
+    Complete,
+    /// t of a reading.
+    Target,
+    /// A row of the system of the channels' mean.
+    FactorizeMean,
+    SolveMean,
+    /// A row of the system of the channels, or of their differences from the mean.
+    Factorize,
+    /// The solve of a channel.
+    Solve,
 }
 
 /// The memory, split into its parts.
@@ -164,13 +179,17 @@ impl<'a> Coefficients<'a> {
         self.ridge.rows.of(self.components())
     }
 
-    /// The number of right-hand sides: the channels, and their mean if it has precisions of its own.
-    fn lists(&self) -> usize {
-        CHANNELS.saturating_add(usize::from(!self.ridge.difference_precision.is_empty()))
+    /// Returns true if the channels' mean has precisions of its own.
+    fn has_mean(&self) -> bool {
+        !self.ridge.difference_precision.is_empty()
     }
 
-    fn net_words(&self) -> usize {
-        self.net.map_or(0, |net| net.weights().words())
+    /// The precisions of the channels, or of their differences from the mean.
+    fn channel_precision(&self) -> Floats<'a> {
+        match self.has_mean() {
+            true => self.ridge.difference_precision,
+            false => self.ridge.precision,
+        }
     }
 
     /// The lengths of the parts of the memory.
@@ -179,8 +198,8 @@ impl<'a> Coefficients<'a> {
         [
             components.saturating_mul(CHANNELS),
             1,
-            self.net_words(),
-            samples.saturating_mul(self.lists()),
+            self.net.map_or(0, |net| net.weights().words()),
+            samples.saturating_mul(CHANNELS.saturating_add(self.has_mean().into())),
             samples,
             factor_length(samples, components),
             components,
@@ -195,15 +214,7 @@ impl<'a> Coefficients<'a> {
     }
 
     fn split<'w>(&self, words: &'w mut [f32], samples: usize) -> Option<Parts<'w>> {
-        let [coefficients, _, net, targets, scales, factors, z, scratch] = self.lengths(samples);
-        let (coefficients, rest) = words.split_at_mut_checked(coefficients)?;
-        let (innovation, rest) = rest.split_first_mut()?;
-        let (net, rest) = rest.split_at_mut_checked(net)?;
-        let (targets, rest) = rest.split_at_mut_checked(targets)?;
-        let (scales, rest) = rest.split_at_mut_checked(scales)?;
-        let (factors, rest) = rest.split_at_mut_checked(factors)?;
-        let (z, rest) = rest.split_at_mut_checked(z)?;
-        Some(Parts {
+        let [
             coefficients,
             innovation,
             net,
@@ -211,24 +222,46 @@ impl<'a> Coefficients<'a> {
             scales,
             factors,
             z,
-            scratch: rest.get_mut(..scratch)?,
+            scratch,
+        ] = split(words, self.lengths(samples))?;
+        Some(Parts {
+            coefficients,
+            innovation: innovation.first_mut()?,
+            net,
+            targets,
+            scales,
+            factors,
+            z,
+            scratch,
         })
     }
 
-    /// The units of work: those of the net, one for each reading, one for each row of each system, and one for each
-    /// right-hand side.
+    /// The kinds of units in their order, each with its number.
+    fn work(&self, samples: usize) -> [(Unit, usize); 8] {
+        let rows = order(samples, self.components());
+        let of_net = |units| self.net.map_or(0, |_| units);
+        let of_mean = |units| if self.has_mean() { units } else { 0 };
+        [
+            (Unit::Add, of_net(samples)),
+            (Unit::Activate, of_net(1)),
+            (Unit::Complete, of_net(CHANNELS)),
+            (Unit::Target, samples),
+            (Unit::FactorizeMean, of_mean(rows)),
+            (Unit::SolveMean, of_mean(1)),
+            (Unit::Factorize, rows),
+            (Unit::Solve, CHANNELS),
+        ]
+    }
+
+    /// The number of units of work.
     pub(super) fn units(&self, samples: usize) -> u32 {
-        let systems = self.lists().saturating_sub(CHANNELS).saturating_add(1);
-        let rows = order(samples, self.components()).saturating_mul(systems);
-        let net = self.net.map_or(0, |_| Net::units(samples));
-        let units = net.saturating_add(samples).saturating_add(rows);
-        units.saturating_add(self.lists()) as u32
+        work::total(self.work(samples).into_iter())
     }
 
     /// The coefficients of each channel, in the memory of these stages.
     pub(super) fn coefficients<'w>(&self, words: &'w [f32]) -> [&'w [f32]; CHANNELS] {
-        let mut lists = words.chunks_exact(self.components().max(1));
-        [(); CHANNELS].map(|()| lists.next().unwrap_or_default())
+        let components = self.components();
+        channels(words, components, components)
     }
 
     /// The innovation, in the memory of these stages: the mean of |t| over present readings and channels.
@@ -237,46 +270,33 @@ impl<'a> Coefficients<'a> {
         words.get(index).copied().unwrap_or(f32::NAN)
     }
 
-    /// Does a unit of work. `words` are 0 before the first one. Not inlined, so that its stack is released between
-    /// slices.
+    /// Does units of work. `words` are 0 before the first one. Not inlined, so that its stack is released between slices.
     #[inline(never)]
-    pub(super) fn advance(&self, unit: u32, samples: Samples<'_>, words: &mut [f32]) {
-        let count = samples.len();
-        let Some(parts) = self.split(words, count) else {
+    pub(super) fn advance(&self, units: Range<u32>, samples: Samples<'_>, words: &mut [f32]) {
+        let Some(mut parts) = self.split(words, samples.len()) else {
             return;
         };
-        let mut unit = unit as usize;
-        if let Some(net) = &self.net {
-            match unit.checked_sub(Net::units(count)) {
-                None => return net.advance(unit, self.ridge.center, samples, parts.net),
-                Some(rest) => unit = rest,
+        let parts = &mut parts;
+        let (mean, channels) = (self.ridge.precision, self.channel_precision());
+        let work = self.work(samples.len());
+        work::advance(work.into_iter(), units, |unit, index, _| {
+            match (unit, self.net) {
+                (Unit::Add, Some(net)) => net.add(index, self.ridge.center, samples, parts.net),
+                (Unit::Activate, Some(net)) => net.weights().activate(parts.net),
+                (Unit::Complete, Some(net)) => net.weights().complete(index, parts.net),
+                (Unit::Target, _) => self.set_target(index, samples, parts),
+                (Unit::FactorizeMean, _) => self.factorize(index, mean, parts),
+                (Unit::SolveMean, _) => self.solve(CHANNELS, mean, parts),
+                (Unit::Factorize, _) => self.factorize(index, channels, parts),
+                (Unit::Solve, _) => self.solve(index, channels, parts),
+                (_, None) => {}
             }
-        }
-        if let Some(sample) = samples.get(unit) {
-            return self.set_target(unit, &sample, parts);
-        }
-        let unit = unit.saturating_sub(count);
-        let rows = order(count, self.components());
-        let has_means = self.lists() > CHANNELS;
-        // With precisions of the mean: its system, its solve, and then the system of the differences.
-        match unit.checked_sub(rows) {
-            Some(0) if has_means => self.solve(CHANNELS, count, parts),
-            Some(unit) if has_means => {
-                let unit = unit.saturating_sub(1);
-                let precision = self.ridge.difference_precision;
-                match unit.checked_sub(rows) {
-                    None => self.factorize(unit, precision, parts),
-                    Some(channel) => self.solve(channel, count, parts),
-                }
-            }
-            Some(channel) => self.solve(channel, count, parts),
-            None => self.factorize(unit, self.ridge.precision, parts),
-        }
+        });
     }
 
     /// Computes t of a sample.
     #[inline(never)]
-    fn set_target(&self, index: usize, sample: &Sample<f32>, parts: Parts<'_>) {
+    fn set_target(&self, index: usize, samples: Samples<'_>, parts: &mut Parts<'_>) {
         let components = self.components();
         if let (0, Some(net)) = (index, &self.net) {
             let lists = parts.coefficients.chunks_exact_mut(components.max(1));
@@ -287,16 +307,16 @@ impl<'a> Coefficients<'a> {
                 }
             }
         }
-        if !is_present(sample) {
+        let Some(sample) = samples.get(index).filter(is_present) else {
             return;
-        }
-        let mut t = mapped(sample, self.ridge.center.get(index));
+        };
+        let mut t = mapped(&sample, self.ridge.center.get(index));
         for (t, coefficients) in t.iter_mut().zip(self.coefficients(parts.coefficients)) {
             *t -= self.rows().dot(index, coefficients);
             *parts.innovation += t.abs() * sample.weight;
         }
         let [red, green, blue] = t;
-        let mean = match self.lists() > CHANNELS {
+        let mean = match self.has_mean() {
             true => (red + green + blue) * (1.0 / 3.0),
             false => 0.0,
         };
@@ -309,21 +329,16 @@ impl<'a> Coefficients<'a> {
         }
         if let Some(scale) = parts.scales.get_mut(index) {
             let scales = self.noise.map(|noise| noise.scales);
-            *scale = match scales.filter(|scales| !scales.is_empty()) {
-                Some(scales) => scales.get(index),
-                None => 1.0,
-            };
+            let scales = scales.filter(|scales| !scales.is_empty());
+            *scale = scales.map_or(1.0, |scales| scales.get(index));
         }
     }
 
     fn system<'s>(
-        &self,
-        precision: Floats<'a>,
+        &'s self,
+        precision: Floats<'s>,
         scales: &'s [f32],
-    ) -> System<'s, f32, [u8; 4], ComponentRows<'a>>
-    where
-        'a: 's,
-    {
+    ) -> System<'s, f32, [u8; 4], ComponentRows<'s>> {
         System {
             rows: self.rows(),
             scales,
@@ -332,23 +347,21 @@ impl<'a> Coefficients<'a> {
     }
 
     #[inline(never)]
-    fn factorize(&self, row: usize, precision: Floats<'a>, parts: Parts<'_>) {
+    fn factorize(&self, row: usize, precision: Floats<'_>, parts: &mut Parts<'_>) {
         let system = self.system(precision, parts.scales);
         system.factorize_row(row, parts.factors, parts.z);
     }
 
     /// Solves for z of a list of targets, and adds it to the coefficients of its channel, or of all channels.
     #[inline(never)]
-    fn solve(&self, list: usize, samples: usize, parts: Parts<'_>) {
-        let mut targets = parts.targets.chunks_exact(samples.max(1));
+    fn solve(&self, list: usize, precision: Floats<'_>, parts: &mut Parts<'_>) {
+        let mut targets = parts.targets.chunks_exact(parts.scales.len().max(1));
         let targets = targets.nth(list).unwrap_or_default();
-        let precision = match list < CHANNELS && self.lists() > CHANNELS {
-            true => self.ridge.difference_precision,
-            false => self.ridge.precision,
-        };
         let system = self.system(precision, parts.scales);
         system.solve(parts.factors, targets, parts.z, parts.scratch);
-        let lists = parts.coefficients.chunks_exact_mut(self.components().max(1));
+        let lists = parts
+            .coefficients
+            .chunks_exact_mut(self.components().max(1));
         for (channel, coefficients) in lists.enumerate() {
             if list == channel || list == CHANNELS {
                 for (coefficient, z) in coefficients.iter_mut().zip(&*parts.z) {
@@ -359,16 +372,19 @@ impl<'a> Coefficients<'a> {
     }
 }
 
-/// Returns the BRDF (sr^-1, not times the cosine) of coefficients at a direction: that of `center` plus the sum of the
-/// components there times their coefficients. `weight` is cos(theta_i) cos(theta_o).
+/// Returns the BRDF (sr^-1, not times the cosine) of coefficients at a direction, which has an index in `rows` and
+/// `centers`: that of its center plus the sum of the components there times their coefficients.
 ///
 /// Not inlined, so that firmware contains it once and its stack is released afterwards.
 #[inline(never)]
 pub(super) fn brdf_at(
     rows: ComponentRows<'_>,
+    centers: Floats<'_>,
     index: usize,
-    (center, weight): (f32, f32),
+    at: &HalfDifference<f32>,
     coefficients: [&[f32]; CHANNELS],
 ) -> [f32; CHANNELS] {
+    let center = centers.get(index);
+    let weight = at.cos_theta_i() * at.cos_theta_o();
     coefficients.map(|coefficients| unmap(center + rows.dot(index, coefficients), weight))
 }

@@ -3,7 +3,7 @@
 use super::channels::{Channels, Readings, keep_gray};
 use super::coefficients::{Coefficients, Net, brdf_at};
 use super::model::{Functions, RIDGE};
-use super::prediction::Prediction;
+use super::prediction::{PredictedLoss, Prediction};
 use super::sgd::Sgd;
 use super::start::Refinement;
 use crate::geometry::HalfDifference;
@@ -190,20 +190,16 @@ impl<'a> Estimator<'a> {
         let Some(coefficients) = self.coefficients() else {
             return;
         };
-        let samples = readings.0;
-        let before = coefficients.units(samples.len());
+        let before = coefficients.units(readings.0.len());
         let split = words.split_at_mut_checked(self.refinement_words());
         let (words, state) = split.unwrap_or_default();
-        for unit in done..end {
-            match unit.checked_sub(before) {
-                None => coefficients.advance(unit, samples, state),
-                Some(unit) => {
-                    if let Some(refinement) = self.refinement() {
-                        let lists = coefficients.coefficients(state);
-                        (functions.refine)(refinement, words, readings, lists, unit);
-                    }
-                }
-            }
+        coefficients.advance(done..end.min(before), readings.0, state);
+        if let Some(refinement) = self.refinement()
+            && end > before
+        {
+            let units = done.saturating_sub(before)..end.saturating_sub(before);
+            let lists = coefficients.coefficients(state);
+            (functions.refine)(refinement, words, readings, lists, units);
         }
     }
 
@@ -241,33 +237,18 @@ impl<'a> Estimator<'a> {
         words: &[f32],
         residual: f32,
         readings: u16,
-    ) -> Option<f32> {
-        let coefficients = self.coefficients()?;
+    ) -> Option<PredictedLoss> {
+        let (coefficients, prediction) = self.coefficients().zip(self.prediction())?;
         let state = self.state(words);
         let innovation = coefficients.innovation(state);
         let lists = coefficients.coefficients(state);
-        Some(
-            self.prediction()?
-                .loss(lists, innovation, residual, readings),
-        )
-    }
-
-    /// Returns the ratio of the upper bound to the predicted loss. None if the recipe has no prediction.
-    pub(crate) fn bound_ratio(&self, readings: u16) -> Option<f32> {
-        Some(self.prediction()?.bound(readings))
+        Some(prediction.loss(lists, innovation, residual, readings))
     }
 
     /// Returns true if the recipe bounds the loss of a fit with some of the readings.
     pub(crate) fn bounds_partial_loss(&self) -> bool {
         let prediction = self.prediction();
         self.tolerates_missing() && prediction.is_some_and(|each| !each.partial_bound.is_empty())
-    }
-
-    /// Returns true if the innovation of a complete fit exceeds that of all training materials. None without a
-    /// prediction.
-    pub(crate) fn is_unlike_training(&self, words: &[f32]) -> Option<bool> {
-        let innovation = self.coefficients()?.innovation(self.state(words));
-        Some(innovation > self.prediction()?.max_innovation)
     }
 
     /// Returns the modeled BRDF (linear RGB, sr^-1, not times the cosine) at a sample of the pattern.
@@ -282,10 +263,9 @@ impl<'a> Estimator<'a> {
     ) -> [f32; 3] {
         match (self.parameters(), self.coefficients()) {
             (0, Some(coefficients)) => {
-                let center = coefficients.ridge.center.get(index);
-                let weight = at.cos_theta_i() * at.cos_theta_o();
                 let lists = coefficients.coefficients(words);
-                brdf_at(coefficients.rows(), index, (center, weight), lists)
+                let center = coefficients.ridge.center;
+                brdf_at(coefficients.rows(), center, index, at, lists)
             }
             (parameters, _) => (functions.brdf)(words.get(..parameters).unwrap_or_default(), at),
         }

@@ -22,7 +22,7 @@
 //! minimize squares of errors far below e, and absolute errors far above.
 
 use super::coefficients::brdf_at;
-use super::ldl::{add_outer_product, factorize_row_with, packed_length, solve};
+use super::ldl::{add_outer_product, factorize_row, packed_length, solve};
 use crate::geometry::{Angles, HalfDifference};
 use crate::model::{Active, Model, ModelKind};
 use crate::numeric::{Floats, PackedRows, Real, Scalar};
@@ -63,6 +63,8 @@ impl GaussNewton<'_> {
     }
 
     /// Returns a direction and the BRDF there (sr^-1, not times the cosine) of the coefficients of red, green and blue.
+    /// Not inlined, so that its stack is released before the reading is added.
+    #[inline(never)]
     #[must_use]
     pub fn virtual_reading(
         &self,
@@ -71,11 +73,9 @@ impl GaussNewton<'_> {
     ) -> (HalfDifference<f32>, [f32; 3]) {
         let angles = self.directions.triples().nth(index).unwrap_or_default();
         let at = HalfDifference::from_angles(Angles::from_array(angles));
-        let weight = at.cos_theta_i() * at.cos_theta_o();
         let [red, ..] = coefficients;
-        let center = self.center.get(index);
-        let brdf = brdf_at(self.rows.of(red.len()), index, (center, weight), coefficients);
-        (at, brdf)
+        let rows = self.rows.of(red.len());
+        (at, brdf_at(rows, self.center, index, &at, coefficients))
     }
 }
 
@@ -164,15 +164,18 @@ pub fn take_step<S: Real>(
     let Some((packed, right)) = system.split_at_mut_checked(packed_length(count)) else {
         return;
     };
-    for (k, ((entry, precision), initial)) in
-        right.iter_mut().zip(precision.clone()).zip(initial).enumerate()
+    for (k, ((entry, precision), initial)) in right
+        .iter_mut()
+        .zip(precision.clone())
+        .zip(initial)
+        .enumerate()
     {
         if let Some(parameter) = parameters.get(active.index(index, k)) {
             *entry = entry.plus_product(precision, *initial - *parameter);
         }
     }
     for (k, precision) in precision.take(count).enumerate() {
-        factorize_row_with(packed, k, precision);
+        factorize_row(packed, k, precision);
     }
     solve(packed, right);
     for (k, delta) in right.iter().enumerate() {

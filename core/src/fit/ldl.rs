@@ -38,13 +38,19 @@ pub(super) fn dot<S: Real>(a: &[S], b: &[S]) -> S {
     products.fold(S::constant(0.0), |sum, (a, b)| sum.plus_product(*a, *b))
 }
 
-/// Overwrites a row of a matrix with the row of its factors. The rows above must be factorized.
+/// Adds a precision to the diagonal of row `index` of a matrix, and overwrites the row with the row of its factors. The
+/// rows above must be factorized.
 ///
-/// A pivot that is below `min_pivot` or NaN becomes `min_pivot`.
-pub(super) fn factorize_row<S: Real>(above: &[S], row: &mut [S], min_pivot: S) {
+/// A pivot that is below the precision or NaN becomes the precision.
+pub fn factorize_row<S: Real>(packed: &mut [S], index: usize, precision: S) {
+    let Some((above, rest)) = packed.split_at_mut_checked(packed_length(index)) else {
+        return;
+    };
+    let row = rest.get_mut(..=index).unwrap_or_default();
     let Some((pivot, row)) = row.split_last_mut() else {
         return;
     };
+    *pivot = *pivot + precision;
     // First compute the row of L D. Each entry depends only on entries to its left.
     for (column, above) in rows(above).enumerate() {
         if let (Some((left, [entry, ..])), Some((_, factors))) =
@@ -61,24 +67,9 @@ pub(super) fn factorize_row<S: Real>(above: &[S], row: &mut [S], min_pivot: S) {
             *entry = scaled;
         }
     }
-    let is_valid = *pivot >= min_pivot; // false for a NaN
+    let is_valid = *pivot >= precision; // false for a NaN
     if !is_valid {
-        *pivot = min_pivot;
-    }
-}
-
-/// Adds a precision to the diagonal of row `index`, and factorizes the row. The rows above must be factorized.
-///
-/// The precision is the smallest pivot.
-pub fn factorize_row_with<S: Real>(packed: &mut [S], index: usize, precision: S) {
-    let Some((above, rest)) = packed.split_at_mut_checked(packed_length(index)) else {
-        return;
-    };
-    if let Some(row) = rest.get_mut(..=index) {
-        if let Some(diagonal) = row.last_mut() {
-            *diagonal = *diagonal + precision;
-        }
-        factorize_row(above, row, precision);
+        *pivot = precision;
     }
 }
 

@@ -29,8 +29,8 @@ pub trait ScanModel {
 pub struct Functions {
     /// Does units of work of SGD.
     pub(super) descend: fn(&Sgd<'_>, &mut [f32], Readings<'_>, Range<u32>),
-    /// Does a unit of work of the stages start and steps, from coefficients.
-    pub(super) refine: fn(&Refinement<'_>, &mut [f32], Readings<'_>, [&[f32]; 3], u32),
+    /// Does units of work of the stages start and steps, from coefficients.
+    pub(super) refine: fn(&Refinement<'_>, &mut [f32], Readings<'_>, [&[f32]; 3], Range<u32>),
     /// Returns the BRDF of parameters in linear RGB, sr^-1, not times the cosine.
     pub(super) brdf: fn(&[f32], &HalfDifference<f32>) -> [f32; 3],
     /// Returns the BRDF of coefficients.
@@ -84,9 +84,9 @@ impl<M: Model> ScanModel for M {
                         sgd.advance(add_gradients::<M>, words, readings, units);
                     }
                 },
-                refine: |refinement, words, readings, coefficients, unit| {
+                refine: |refinement, words, readings, coefficients, units| {
                     if RIDGE {
-                        refinement.advance(add_reading::<M>, words, readings, coefficients, unit);
+                        refinement.advance(add_reading::<M>, words, readings, coefficients, units);
                     }
                 },
                 brdf: brdf::<M>,

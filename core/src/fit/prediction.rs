@@ -36,6 +36,15 @@ pub const MIN_INNOVATION: f32 = 1e-3;
 /// Added to the residual.
 pub const MIN_RESIDUAL: f32 = 1e-4;
 
+/// The predicted loss of a fit.
+pub(crate) struct PredictedLoss {
+    pub(crate) loss: f32,
+    /// The upper bound.
+    pub(crate) bound: f32,
+    /// True if the innovation exceeds that of all training materials.
+    pub(crate) is_unlike_training: bool,
+}
+
 impl Prediction<'_> {
     /// Returns the predicted loss. Not inlined, because it runs once per fit.
     #[inline(never)]
@@ -45,7 +54,7 @@ impl Prediction<'_> {
         innovation: f32,
         residual: f32,
         readings: u16,
-    ) -> f32 {
+    ) -> PredictedLoss {
         let mut sum = self.weights.get(0);
         let weights = self.weights.iter().skip(1);
         for (weight, ((red, green), blue)) in weights.zip(red.iter().zip(green).zip(blue)) {
@@ -53,15 +62,17 @@ impl Prediction<'_> {
         }
         sum += self.innovation * ln(innovation + MIN_INNOVATION);
         sum += self.residual * ln(residual + MIN_RESIDUAL);
-        sum += self.partial_loss.get(usize::from(readings).saturating_sub(1));
-        exp(sum)
-    }
-
-    /// Returns the ratio of the upper bound to the predicted loss for a number of readings.
-    pub(super) fn bound(&self, readings: u16) -> f32 {
-        match self.partial_bound.is_empty() {
+        let index = usize::from(readings).saturating_sub(1);
+        sum += self.partial_loss.get(index);
+        let ratio = match self.partial_bound.is_empty() {
             true => self.bound,
-            false => self.partial_bound.get(usize::from(readings).saturating_sub(1)),
+            false => self.partial_bound.get(index),
+        };
+        let loss = exp(sum);
+        PredictedLoss {
+            loss,
+            bound: loss * ratio,
+            is_unlike_training: innovation > self.max_innovation,
         }
     }
 }

@@ -75,12 +75,8 @@ impl<S: Real, T: Stored<S>, Q: Rows<S>> System<'_, S, T, Q> {
 
     /// Assembles and factorizes a row of the system. The rows above must be factorized. `scratch` has K numbers.
     pub fn factorize_row(&self, index: usize, factors: &mut [S], scratch: &mut [S]) {
-        let Some((above, rest)) = factors.split_at_mut_checked(packed_length(index)) else {
-            return;
-        };
-        let Some(row) = rest.get_mut(..=index) else {
-            return;
-        };
+        let row = factors.get_mut(packed_length(index)..packed_length(index + 1));
+        let row = row.unwrap_or_default();
         row.fill(S::constant(0.0));
         let mut min_pivot = S::constant(1.0);
         if self.is_primal() {
@@ -101,10 +97,7 @@ impl<S: Real, T: Stored<S>, Q: Rows<S>> System<'_, S, T, Q> {
                 *entry = *scale * self.rows.dot(reading, scratch);
             }
         }
-        if let Some(diagonal) = row.last_mut() {
-            *diagonal = *diagonal + min_pivot;
-        }
-        factorize_row(above, row, min_pivot);
+        factorize_row(factors, index, min_pivot);
     }
 
     /// Divides by the precisions.
@@ -155,8 +148,11 @@ impl<S: Real, T: Stored<S>, Q: Rows<S>> System<'_, S, T, Q> {
         for _ in 0..=S::REFINEMENTS {
             self.recover(u, lambda, x);
             // S t - u - S Q x
-            for ((reading, scale), (entry, u)) in
-                self.scales.iter().enumerate().zip(residual.iter_mut().zip(&*u))
+            for ((reading, scale), (entry, u)) in self
+                .scales
+                .iter()
+                .enumerate()
+                .zip(residual.iter_mut().zip(&*u))
             {
                 *entry = *scale * (target(reading) - self.rows.dot(reading, x)) - *u;
             }

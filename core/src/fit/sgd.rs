@@ -7,7 +7,7 @@ use core::ops::Range;
 
 use super::channels::{Readings, keep_gray};
 use crate::model::{ModelKind, Samples};
-use crate::numeric::Floats;
+use crate::numeric::{Floats, split};
 use crate::section::section;
 
 section! {
@@ -47,7 +47,7 @@ impl Sgd<'_> {
         (samples, channels): Readings<'_>,
         units: Range<u32>,
     ) {
-        let Some((parameters, gradient)) = words.split_at_mut_checked(self.initial.len()) else {
+        let Some([parameters, gradient]) = split(words, [self.initial.len(); 2]) else {
             return;
         };
         let Range { start, end } = units;

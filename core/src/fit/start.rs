@@ -1,11 +1,15 @@
 //! The start of a fit from coefficients, and the Gauss-Newton steps after it, in slices of work.
 
+use core::iter::repeat_n;
+use core::ops::Range;
+
 use super::channels::{Readings, keep_gray};
 use super::coefficient_net::{Packed, StartNet};
 use super::gauss_newton::{GaussNewton, system_length, take_step};
+use super::work;
 use crate::geometry::HalfDifference;
-use crate::model::{Active, Samples};
-use crate::numeric::Floats;
+use crate::model::Active;
+use crate::numeric::{Floats, split};
 use crate::section::section;
 
 /// Number of initial parameters that one unit of work computes.
@@ -54,63 +58,68 @@ pub struct Refinement<'a> {
     pub steps: GaussNewton<'a>,
 }
 
-/// The memory, split into its parts.
-struct Parts<'w> {
-    parameters: &'w mut [f32],
-    /// The active parameters of theta_0.
-    initial: &'w mut [f32],
-    systems: &'w mut [f32],
+/// The kinds of units of work.
+#[derive(Clone, Copy)]
+enum Unit {
     /// The units of the start.
-    units: &'w mut [f32],
+    Activate,
+    /// The offsets of some parameters.
+    Offsets,
+    /// A virtual reading.
+    Virtual,
+    /// A reading of the pattern.
+    Reading,
+    /// The solve of a system.
+    Solve,
 }
+
+/// The work of the start.
+const START: [Unit; 2] = [Unit::Activate, Unit::Offsets];
+/// The work of a step.
+const STEP: [Unit; 3] = [Unit::Virtual, Unit::Reading, Unit::Solve];
 
 impl Refinement<'_> {
     fn active(&self) -> Active {
         self.steps.model.active().unwrap_or(Active::All(0))
     }
 
+    /// The lengths of the parts of the memory: the parameters, the active parameters of theta_0, the systems, and the units
+    /// of the start.
+    fn lengths(&self) -> [usize; 4] {
+        let (systems, count) = (self.active().systems(), self.active().count());
+        [
+            self.steps.initial.len(),
+            systems.saturating_mul(count),
+            systems.saturating_mul(system_length(count)),
+            self.start.bias.len(),
+        ]
+    }
+
     /// The memory in words.
     pub(super) fn words(&self) -> usize {
-        let (systems, count) = (self.active().systems(), self.active().count());
-        let system = count.saturating_add(system_length(count));
-        let words = systems.saturating_mul(system);
-        let parameters = self.steps.initial.len();
-        let units = self.start.bias.len();
-        words.saturating_add(parameters).saturating_add(units)
+        self.lengths().into_iter().fold(0, usize::saturating_add)
     }
 
-    fn split<'w>(&self, words: &'w mut [f32]) -> Option<Parts<'w>> {
-        let (systems, count) = (self.active().systems(), self.active().count());
-        let (parameters, rest) = words.split_at_mut_checked(self.steps.initial.len())?;
-        let (initial, rest) = rest.split_at_mut_checked(systems * count)?;
-        let (systems, rest) = rest.split_at_mut_checked(systems * system_length(count))?;
-        Some(Parts {
-            parameters,
-            initial,
-            systems,
-            units: rest.get_mut(..self.start.bias.len())?,
-        })
+    /// The kinds of units in their order, each with its number.
+    fn work(&self, samples: usize) -> impl Iterator<Item = (Unit, usize)> {
+        let units = move |unit: &Unit| match unit {
+            Unit::Activate => 1,
+            Unit::Offsets => self.steps.initial.len().div_ceil(PARAMETERS_PER_UNIT),
+            Unit::Virtual => self.steps.virtual_readings(),
+            Unit::Reading => samples,
+            Unit::Solve => self.active().systems(),
+        };
+        let steps = repeat_n(&STEP, self.steps.steps.into()).flatten();
+        let all = START.iter().chain(steps);
+        all.map(move |unit| (*unit, units(unit)))
     }
 
-    /// The units of work of the start: one for its units, and one for each [`PARAMETERS_PER_UNIT`] parameters.
-    fn start_units(&self) -> u32 {
-        let parameters = self.steps.initial.len().div_ceil(PARAMETERS_PER_UNIT);
-        parameters.saturating_add(1) as u32
-    }
-
-    /// The units of work of a step: one for each reading, and one for each system.
-    fn step_units(&self, samples: usize) -> u32 {
-        let readings = samples.saturating_add(self.steps.virtual_readings());
-        readings.saturating_add(self.active().systems()) as u32
-    }
-
-    /// The units of work.
+    /// The number of units of work.
     pub(super) fn units(&self, samples: usize) -> u32 {
-        let steps = u32::from(self.steps.steps).saturating_mul(self.step_units(samples));
-        self.start_units().saturating_add(steps)
+        work::total(self.work(samples))
     }
 
-    /// Does a unit of work.
+    /// Does units of work.
     #[inline(never)]
     pub(super) fn advance(
         &self,
@@ -118,98 +127,79 @@ impl Refinement<'_> {
         words: &mut [f32],
         (samples, channels): Readings<'_>,
         coefficients: [&[f32]; 3],
-        unit: u32,
+        units: Range<u32>,
     ) {
-        let Some(mut parts) = self.split(words) else {
+        let Some([parameters, initial, systems, of_start]) = split(words, self.lengths()) else {
             return;
         };
-        let Some(unit) = unit.checked_sub(self.start_units()) else {
-            match unit.checked_sub(1) {
-                None => self.start.weights().activate(coefficients, parts.units),
-                Some(part) => self.add_offsets(&mut parts, part as usize),
-            }
-            if unit.saturating_add(1) == self.start_units() {
-                keep_gray(parts.parameters, self.steps.model, channels);
-                self.keep_initial(parts);
-            }
-            return;
-        };
-        let unit = unit.checked_rem(self.step_units(samples.len()));
-        let unit = unit.unwrap_or_default() as usize;
-        let readings = samples.len().saturating_add(self.steps.virtual_readings());
-        match unit.checked_sub(readings) {
-            None => self.add_reading(parts, samples, coefficients, unit, add_reading),
-            Some(system) => {
-                self.solve(&mut parts, system);
-                if system.saturating_add(1) == self.active().systems() {
-                    keep_gray(parts.parameters, self.steps.model, channels);
+        let work = self.work(samples.len());
+        work::advance(work, units, |unit, index, is_last| {
+            let mut add = |at, measured, weight| {
+                let weights = [weight, self.steps.error_scale];
+                add_reading(parameters, at, measured, weights, systems);
+            };
+            match unit {
+                Unit::Activate => self.activate(coefficients, of_start),
+                Unit::Offsets => self.add_offsets(parameters, of_start, index),
+                Unit::Virtual => {
+                    let (at, brdf) = self.steps.virtual_reading(index, coefficients);
+                    add(&at, brdf, 1.0 / self.steps.virtual_readings() as f32);
                 }
+                Unit::Reading => {
+                    if let Some(sample) = samples.get(index).filter(|sample| sample.weight > 0.0) {
+                        // The weight in a loss is 1 / (3 k) for k readings.
+                        let weight = 3.0 * sample.weight * self.steps.reading_weight;
+                        add(&sample.at, sample.measured, weight);
+                    }
+                }
+                Unit::Solve => self.solve(index, parameters, initial, systems),
             }
-        }
+            if is_last && matches!(unit, Unit::Offsets | Unit::Solve) {
+                keep_gray(parameters, self.steps.model, channels);
+            }
+            if is_last && matches!(unit, Unit::Offsets) {
+                self.keep_initial(parameters, initial);
+            }
+        });
+    }
+
+    /// Computes the units of the start.
+    #[inline(never)]
+    fn activate(&self, coefficients: [&[f32]; 3], units: &mut [f32]) {
+        self.start.weights().activate(coefficients, units);
     }
 
     /// Adds the offsets of some parameters.
     #[inline(never)]
-    fn add_offsets(&self, parts: &mut Parts<'_>, part: usize) {
+    fn add_offsets(&self, parameters: &mut [f32], units: &[f32], part: usize) {
         let first = part.saturating_mul(PARAMETERS_PER_UNIT);
         let mut offsets = [0.0; PARAMETERS_PER_UNIT];
-        self.start
-            .weights()
-            .offsets(first, parts.units, &mut offsets);
-        let parameters = parts.parameters.get_mut(first..).unwrap_or_default();
+        self.start.weights().offsets(first, units, &mut offsets);
+        let parameters = parameters.get_mut(first..).unwrap_or_default();
         for (parameter, offset) in parameters.iter_mut().zip(offsets) {
             *parameter += offset;
         }
     }
 
     /// Copies the active parameters of theta_0.
-    fn keep_initial(&self, parts: Parts<'_>) {
+    fn keep_initial(&self, parameters: &[f32], initial: &mut [f32]) {
         let active = self.active();
-        let count = active.count().max(1);
-        for (system, initial) in parts.initial.chunks_exact_mut(count).enumerate() {
+        let lists = initial.chunks_exact_mut(active.count().max(1));
+        for (system, initial) in lists.enumerate() {
             for (k, entry) in initial.iter_mut().enumerate() {
-                let index = active.index(system, k);
-                *entry = parts.parameters.get(index).copied().unwrap_or_default();
+                let parameter = parameters.get(active.index(system, k));
+                *entry = parameter.copied().unwrap_or_default();
             }
         }
     }
 
-    /// Adds a virtual reading, or a reading of the pattern that counts.
-    fn add_reading(
-        &self,
-        parts: Parts<'_>,
-        samples: Samples<'_>,
-        coefficients: [&[f32]; 3],
-        index: usize,
-        add_reading: AddReading,
-    ) {
-        let virtual_readings = self.steps.virtual_readings();
-        let (at, measured, weight) = match index.checked_sub(virtual_readings) {
-            None => {
-                let (at, brdf) = self.steps.virtual_reading(index, coefficients);
-                (at, brdf, 1.0 / virtual_readings as f32)
-            }
-            Some(index) => {
-                let Some(sample) = samples.get(index).filter(|sample| sample.weight > 0.0) else {
-                    return;
-                };
-                // The weight in a loss is 1 / (3 k) for k readings.
-                let weight = 3.0 * sample.weight * self.steps.reading_weight;
-                (sample.at, sample.measured, weight)
-            }
-        };
-        let weights = [weight, self.steps.error_scale];
-        add_reading(parts.parameters, &at, measured, weights, parts.systems);
-    }
-
     /// Solves a system, changes its parameters, and sets the system to 0.
-    fn solve(&self, parts: &mut Parts<'_>, index: usize) {
+    fn solve(&self, index: usize, parameters: &mut [f32], initial: &[f32], systems: &mut [f32]) {
         let count = self.active().count();
-        let mut systems = parts.systems.chunks_exact_mut(system_length(count).max(1));
-        let mut initial = parts.initial.chunks_exact(count.max(1));
+        let mut systems = systems.chunks_exact_mut(system_length(count).max(1));
+        let mut initial = initial.chunks_exact(count.max(1));
         if let Some((system, initial)) = systems.nth(index).zip(initial.nth(index)) {
             let precision = self.steps.precision.iter();
-            let parameters = &mut *parts.parameters;
             take_step(self.active(), index, precision, initial, system, parameters);
             system.fill(0.0);
         }

@@ -2,9 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-#[cfg(doc)]
-use super::Residual;
-
 /// Checks of a scan by readings that the fit does not use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -19,7 +16,7 @@ pub struct Evidence {
     pub restored: u16,
 }
 
-/// The limits of a scan's [`Evidence`]. A result beyond one of them is [implausible](Residual::implausible). 0, a negative
+/// The limits of a scan's [`Evidence`]. A result beyond one of them is [implausible](super::Residual::implausible). 0, a negative
 /// number or NaN: not limited, and the readings that it needs are not made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -5,12 +5,11 @@ use core::marker::PhantomData;
 use super::plausibility;
 use super::plausibility::NODES;
 use super::residual::Residual;
-use super::stage::{Checks, Fitting, Stage};
+use super::state::{Checks, Fitting, Stage, State, split, split_mut};
 use crate::error::{Error, ErrorCode};
-use crate::fit::{Estimator, Functions, Progress, ScanModel, is_finite};
+use crate::fit::{Functions, PredictedLoss, Progress, ScanModel, is_finite};
 use crate::geometry::{Directions, HalfDifference};
-use crate::model::linear::Basis;
-use crate::model::{Samples, Slot};
+use crate::model::Samples;
 use crate::recipe::Recipe;
 
 /// A fit in progress.
@@ -39,52 +38,56 @@ use crate::recipe::Recipe;
 /// let fitted = fit.finish()?;
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
-pub struct Fit<'s, K: ScanModel> {
-    pub(super) recipe: &'s Recipe<'s>,
-    pub(super) basis: Option<Basis<'s>>,
-    pub(super) slots: &'s [Slot],
-    pub(super) words: &'s mut [f32],
-    pub(super) stage: &'s mut Stage,
-    pub(super) fitting: Fitting,
-    pub(super) model: PhantomData<K>,
+pub struct Fit<'s, 'a, K: ScanModel> {
+    state: &'s mut State<'a>,
+    fitting: Fitting,
+    model: PhantomData<K>,
 }
 
-impl<'s, K: ScanModel> Fit<'s, K> {
+impl<'s, 'a, K: ScanModel> Fit<'s, 'a, K> {
+    pub(super) fn new(state: &'s mut State<'a>, fitting: Fitting) -> Self {
+        state.stage = Stage::Fitting(fitting);
+        Self {
+            state,
+            fitting,
+            model: PhantomData,
+        }
+    }
+
     /// Does at most `budget` units of work. A unit is the gradient of one sample, a row or a channel of Linear's solve,
     /// a part of another stage, or a part of the checks at the end. The result does not depend on the budgets.
     pub fn advance(&mut self, budget: u32) -> Progress {
         let Progress { done, total } = self.progress();
-        let Ok(functions) = K::functions(self.recipe.model()) else {
+        let State { recipe, memory, .. } = &mut *self.state;
+        let Ok(functions) = K::functions(recipe.model()) else {
             return self.progress(); // impossible: the scan has accepted the recipe
         };
-        let estimator = &self.recipe.estimator;
-        let units = estimator.units(self.slots.len());
+        let (slots, words) = split_mut(memory, recipe);
+        let estimator = &recipe.estimator;
+        let units = estimator.units(slots.len());
         let end = done.saturating_add(budget).min(total);
         if done < units {
-            let samples = Samples::new(self.slots, self.fitting.weight());
-            let inputs = (samples, self.fitting.channels);
-            estimator.advance(functions, self.words, inputs, done, end.min(units));
+            let Fitting {
+                readings, channels, ..
+            } = self.fitting;
+            let weight = 1.0 / (3.0 * f32::from(readings));
+            let inputs = (Samples::new(slots, weight), channels);
+            estimator.advance(functions, words, inputs, done, end.min(units));
         }
         for unit in done.max(units)..end {
-            let fit = Unchecked {
-                estimator,
-                basis: self.basis.as_ref(),
-                slots: self.slots,
-                words: self.words,
-                functions,
-            };
-            fit.check(unit.saturating_sub(units), &mut self.fitting.checks);
+            let checks = &mut self.fitting.checks;
+            check(self.state, functions, unit.saturating_sub(units), checks);
         }
         self.fitting.done = end;
-        *self.stage = Stage::Fitting(self.fitting);
+        self.state.stage = Stage::Fitting(self.fitting);
         self.progress()
     }
 
     /// Progress of the fit.
     #[must_use]
     pub fn progress(&self) -> Progress {
-        let samples = self.slots.len();
-        let fit = self.recipe.estimator.units(samples);
+        let samples = self.state.recipe.samples();
+        let fit = self.state.recipe.estimator.units(samples);
         Progress {
             done: self.fitting.done,
             total: fit.saturating_add(check_units(samples)),
@@ -108,17 +111,15 @@ impl<'s, K: ScanModel> Fit<'s, K> {
         let Fitting {
             readings, checks, ..
         } = self.fitting;
-        let Some(residual) = residual_of(&checks, self.recipe) else {
-            *self.stage = Stage::Reading;
+        let Some(residual) = residual_of(&checks, &self.state.recipe) else {
+            self.state.stage = Stage::Reading;
             return Err(Error::new(ErrorCode::Diverged));
         };
-        *self.stage = Stage::Fitted { residual, readings };
+        self.state.stage = Stage::Fitted { residual, readings };
         match residual.implausible {
             Some(code) => Err(Error::new(code)),
             None => Ok(Fitted {
-                recipe: self.recipe,
-                basis: self.basis,
-                words: self.words,
+                state: self.state,
                 residual,
                 readings,
                 model: PhantomData,
@@ -134,40 +135,25 @@ fn check_units(samples: usize) -> u32 {
         .saturating_add(samples as u32)
 }
 
-/// A complete fit before its checks.
-struct Unchecked<'s> {
-    estimator: &'s Estimator<'s>,
-    basis: Option<&'s Basis<'s>>,
-    slots: &'s [Slot],
-    words: &'s [f32],
-    functions: &'s Functions,
-}
-
-impl Unchecked<'_> {
-    /// Does one unit of the checks.
-    #[inline(never)]
-    fn check(&self, unit: u32, checks: &mut Checks) {
-        let Self {
-            estimator,
-            basis,
-            slots,
-            words,
-            functions,
-        } = *self;
-        let Some(index) = unit.checked_sub(1) else {
-            checks.has_overflowed = !estimator.is_finite(words);
-            return;
-        };
-        let index = index as usize;
-        match slots.get(index) {
-            Some(slot) => checks.sum.add(index as u16, slot, |at| {
-                estimator.at_sample(functions, words, index, at)
-            }),
-            None => {
-                let node = index.saturating_sub(slots.len()) as u16; // below NODES
-                let albedo = &mut checks.albedo;
-                albedo.add(node, |at| estimator.brdf(functions, words, basis, at));
-            }
+/// Does one unit of the checks of a complete fit.
+#[inline(never)]
+fn check(state: &State<'_>, functions: &Functions, unit: u32, checks: &mut Checks) {
+    let estimator = &state.recipe.estimator;
+    let (slots, words) = split(state.memory, &state.recipe);
+    let Some(index) = unit.checked_sub(1) else {
+        checks.has_overflowed = !estimator.is_finite(words);
+        return;
+    };
+    let index = index as usize;
+    match slots.get(index) {
+        Some(slot) => checks.sum.add(index as u16, slot, |at| {
+            estimator.at_sample(functions, words, index, at)
+        }),
+        None => {
+            let node = index.saturating_sub(slots.len()) as u16; // below NODES
+            let basis = state.basis.as_ref();
+            let brdf = |at: &_| estimator.brdf(functions, words, basis, at);
+            checks.albedo.add(node, brdf);
         }
     }
 }
@@ -218,9 +204,7 @@ fn residual_of(checks: &Checks, recipe: &Recipe<'_>) -> Option<Residual> {
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 pub struct Fitted<'s, K: ScanModel> {
-    pub(super) recipe: &'s Recipe<'s>,
-    pub(super) basis: Option<Basis<'s>>,
-    pub(super) words: &'s [f32],
+    pub(super) state: &'s State<'s>,
     pub(super) residual: Residual,
     /// Number of readings that count in the fit.
     pub(super) readings: u16,
@@ -228,6 +212,15 @@ pub struct Fitted<'s, K: ScanModel> {
 }
 
 impl<K: ScanModel> Fitted<'_, K> {
+    fn words(&self) -> &[f32] {
+        split(self.state.memory, &self.state.recipe).1
+    }
+
+    fn predicted(&self) -> Option<PredictedLoss> {
+        let estimator = &self.state.recipe.estimator;
+        estimator.predicted_loss(self.words(), self.residual.mean, self.readings)
+    }
+
     /// The BRDF in linear RGB, sr^-1, not times the cosine.
     ///
     /// None if a direction is below the horizon, not finite or not of unit length; if the value overflows; or for
@@ -235,19 +228,18 @@ impl<K: ScanModel> Fitted<'_, K> {
     #[must_use]
     pub fn brdf(&self, directions: &Directions<f32>) -> Option<[f32; 3]> {
         let at = HalfDifference::from_directions(directions).filter(HalfDifference::is_valid)?;
-        let functions = K::functions(self.recipe.model()).ok()?;
-        let basis = self.basis.as_ref();
-        let brdf = self
-            .recipe
+        let State { recipe, basis, .. } = self.state;
+        let functions = K::functions(recipe.model()).ok()?;
+        let brdf = recipe
             .estimator
-            .brdf(functions, self.words, basis, &at)?;
+            .brdf(functions, self.words(), basis.as_ref(), &at)?;
         Some(brdf).filter(|brdf| is_finite(brdf))
     }
 
     /// The fitted values, all finite: a model's parameters in its order, or Linear's coefficients, K
     /// for red, K for green, K for blue.
     pub fn values(&self) -> impl Iterator<Item = f32> {
-        let values = self.recipe.estimator.values_of(self.words);
+        let values = self.state.recipe.estimator.values_of(self.words());
         values.into_iter().flatten().copied()
     }
 
@@ -264,8 +256,7 @@ impl<K: ScanModel> Fitted<'_, K> {
     /// [`expected_loss`](Recipe::expected_loss). A material unlike all training materials may have a larger loss.
     #[must_use]
     pub fn predicted_loss(&self) -> Option<f32> {
-        let estimator = &self.recipe.estimator;
-        let loss = estimator.predicted_loss(self.words, self.residual.mean, self.readings)?;
+        let loss = self.predicted()?.loss;
         Some(loss).filter(|loss| loss.is_finite())
     }
 
@@ -277,8 +268,7 @@ impl<K: ScanModel> Fitted<'_, K> {
     /// the first readings in the recipe's order, and for materials like those of the training.
     #[must_use]
     pub fn loss_bound(&self) -> Option<f32> {
-        let ratio = self.recipe.estimator.bound_ratio(self.readings)?;
-        let bound = self.predicted_loss()? * ratio;
+        let bound = self.predicted()?.bound;
         Some(bound).filter(|bound| bound.is_finite())
     }
 
@@ -286,6 +276,6 @@ impl<K: ScanModel> Fitted<'_, K> {
     /// None if the recipe cannot tell.
     #[must_use]
     pub fn is_unlike_training(&self) -> Option<bool> {
-        self.recipe.estimator.is_unlike_training(self.words)
+        Some(self.predicted()?.is_unlike_training)
     }
 }

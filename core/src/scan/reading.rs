@@ -1,7 +1,6 @@
 //! The record of a scan's readings, and the check of all readings before a fit.
 
-use super::memory::{is_clamped, measured_brdf, set_measured_brdf};
-use super::status::Status;
+use super::slot::{self, Status, is_clamped, measured_brdf, with_flag};
 use crate::error::{Error, ErrorCode};
 use crate::fit::Channels;
 use crate::gonio::Reading;
@@ -34,7 +33,7 @@ pub(super) fn slot_mut(slots: &mut [Slot], index: u16) -> Result<&mut Slot, Erro
 }
 
 /// Returns the error of an index that the pattern does not have.
-pub(super) fn index_error(index: u16, samples: usize) -> Error {
+pub(crate) fn index_error(index: u16, samples: usize) -> Error {
     Error::with(ErrorCode::ReadingIndex, [index.into(), samples as u32])
 }
 
@@ -43,13 +42,10 @@ pub(super) fn index_error(index: u16, samples: usize) -> Error {
 pub(super) fn record(slots: &mut [Slot], index: u16, reading: Reading) -> Result<Recorded, Error> {
     let slot = slot_mut(slots, index)?;
     reading.check(index)?;
-    set_measured_brdf(slot, reading.brdf);
-    let recorded = Recorded {
-        replaced: Status::of(slot).is_read(),
-        clamped: is_clamped(slot),
-    };
-    Status::read(reading.saturated).put(slot);
-    Ok(recorded)
+    let replaced = Status::of(slot).has(Status::READ);
+    slot::record(slot, reading);
+    let clamped = is_clamped(slot);
+    Ok(Recorded { replaced, clamped })
 }
 
 /// Checks the readings of a fit. It rejects readings that are too large for any material, such as raw counts. Returns
@@ -57,7 +53,7 @@ pub(super) fn record(slots: &mut [Slot], index: u16, reading: Reading) -> Result
 #[inline(never)]
 pub(super) fn check(slots: &[Slot]) -> Result<Channels, Error> {
     // A sample that does not count may still hold a reading of the previous material.
-    let counted = slots.iter().filter(|slot| Status::of(slot).counts());
+    let counted = with_flag(slots, Status::COUNTED);
     let values = counted.clone().flat_map(measured_brdf);
     let too_large = values.filter(|value| *value > MAX_QUARTILE).count();
     let is_gray = |slot: &Slot| {

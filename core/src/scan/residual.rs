@@ -3,8 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::evidence::{Evidence, EvidenceLimits};
-use super::memory::{is_clamped, measured_brdf};
-use super::status::Status;
+use super::slot::{Status, is_clamped, measured_brdf};
 use crate::error::ErrorCode;
 use crate::geometry::HalfDifference;
 use crate::model::loss::cosine_weighted_log_error;
@@ -54,16 +53,12 @@ impl Residual {
             (ErrorCode::Drift, evidence.drift, limits.drift),
             (ErrorCode::Saturated, Some(saturated), limits.saturated),
         ];
-        let cause = causes
-            .into_iter()
-            .find(|(_, value, limit)| value.is_some_and(|value| exceeds(value, *limit)));
+        let mut causes = causes.into_iter();
+        let cause = causes.find_map(|(code, value, limit)| exceeds(value?, limit).then_some(code));
         let is_old = evidence.restored >= recorded;
         let restored = is_old.then_some(ErrorCode::Restored);
         Self {
-            implausible: cause
-                .map(|(code, ..)| code)
-                .or(self.implausible)
-                .or(restored),
+            implausible: cause.or(self.implausible).or(restored),
             evidence,
             ..self
         }
@@ -94,15 +89,15 @@ impl ResidualSum {
         modeled: impl FnOnce(&HalfDifference<f32>) -> [f32; 3],
     ) {
         let status = Status::of(slot);
-        if !status.is_read() {
+        if !status.has(Status::READ) {
             return;
         }
         let bits = measured_brdf(slot).map(f32::to_bits);
         let is_repeated = self.previous.replace(bits) == Some(bits);
         let count = |sum: u16, flag: bool| sum.saturating_add(u16::from(flag));
         let residual = &mut self.residual;
-        residual.saturated = count(residual.saturated, status.is_saturated());
-        if !status.counts() {
+        residual.saturated = count(residual.saturated, status.has(Status::SATURATED));
+        if !status.has(Status::COUNTED) {
             return;
         }
         let Sample { at, measured, .. } = unpack(slot, 1.0);

@@ -3,8 +3,8 @@
 //! `by_x` is the derivative of the loss with respect to x.
 
 use super::encoding::Plain;
-use super::{COLUMNS, CoefficientNet, Input, lists, mean_of};
-use crate::numeric::Scalar;
+use super::{COLUMNS, CoefficientNet, Input, LISTS, mean_of};
+use crate::numeric::{Scalar, split};
 
 /// The gradient of the loss with respect to the weights of a [`CoefficientNet`]. [`CoefficientNet::adjoint`] adds to
 /// it.
@@ -36,7 +36,7 @@ impl<S: Scalar> CoefficientNet<'_, S, Plain> {
     ) {
         let rows = self.rows();
         let (zero, one) = (S::constant(0.0), S::constant(1.0));
-        let Some([red, green, blue, shared]) = lists(by_state, rows) else {
+        let Some([red, green, blue, shared]) = split(by_state, [rows; LISTS]) else {
             return;
         };
         let channels = state.chunks_exact(rows.max(1));
@@ -45,9 +45,7 @@ impl<S: Scalar> CoefficientNet<'_, S, Plain> {
             .zip(channels)
         {
             let by_rows = by_channel.split_at_mut_checked(self.components);
-            let Some((by_coefficients, by_hidden)) = by_rows else {
-                return;
-            };
+            let (by_coefficients, by_hidden) = by_rows.unwrap_or_default();
             let hidden = channel.get(self.components..).unwrap_or_default();
             for by_unit in &mut *by_hidden {
                 *by_unit = zero;
@@ -78,7 +76,7 @@ impl<S: Scalar> CoefficientNet<'_, S, Plain> {
         let samples = inputs.iter().zip(by_inputs).zip(columns);
         for (sample, ((input, by_input), by_weights)) in samples.enumerate() {
             let [own, mean, _] = self.columns(sample);
-            let Some([by_own, by_mean, by_missing]) = split_columns(by_weights, rows) else {
+            let Some([by_own, by_mean, by_missing]) = split(by_weights, [rows; COLUMNS]) else {
                 return;
             };
             let mut by_average = zero;
@@ -103,12 +101,4 @@ impl<S: Scalar> CoefficientNet<'_, S, Plain> {
             }
         }
     }
-}
-
-/// Splits a sample's entries into the columns own, mean and missing.
-#[inline(always)]
-fn split_columns<T>(list: &mut [T], length: usize) -> Option<[&mut [T]; COLUMNS]> {
-    let (own, rest) = list.split_at_mut_checked(length)?;
-    let (mean, rest) = rest.split_at_mut_checked(length)?;
-    Some([own, mean, rest.get_mut(..length)?])
 }
