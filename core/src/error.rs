@@ -362,10 +362,10 @@ error_codes! {
     TileTooFew = 120, "the tile has fewer than three readings: take more";
     TileReading = 121, "a reading of the tile is not positive and finite, or its directions are not unit vectors above the horizon: read it again, and check the angles of the arms",
         Number "reading";
-    TileSpread = 122, "the tile's readings scatter about every known quantity: average more of them, and check for stray light",
+    TileSpread = 122, "the tile's readings scatter about every known quantity: average more of them, and check for stray light, and microsteps and gear of the lamp's polar axis",
         Number "per cent";
     TileAmbiguous = 123, "more than one quantity explains the tile's readings: spread theta_i and theta_o independently over 0 to 60 degrees, or average more readings";
-    TileOther = 124, "the tile's readings are not the BRDF: check the larger spot, and the steps per radian of the polar axes",
+    TileOther = 124, "the tile's readings are not the BRDF: check the larger spot, and the microsteps, gear and switch of the lamp's polar axis",
         Number "quantity, 1: times cos(theta_i), 2: times cos(theta_o)";
 
     Stopped = 128, "the operator stopped the arms: go on with a command";

@@ -33,7 +33,7 @@ pub unsafe extern "C" fn glimpse_driver_bytes(recipe: *const u8, count: usize) -
 
 /// Returns the default options: no machine, seed 0, 8 steps per poll, retransmissions after 0.1 s, a timeout
 /// of 2 s for replies and of 60 s for readings, three attempts, no target loss, and limits of 5 % of light
-/// with the lamp off, of 5 % of drift, and of a quarter of saturated readings. If the lamp cannot be switched,
+/// with the lamp off, of 5 % of drift, and of a fifth of saturated readings. If the lamp cannot be switched,
 /// set `max_dark` to 0. The field `machine` is that of glimpse_machine_default(), without effect until
 /// `has_machine` is set.
 ///

@@ -6,7 +6,7 @@ use core::pin::pin;
 
 use embassy_futures::select::{Either, Either3, select, select3};
 use embassy_futures::yield_now;
-use embassy_time::{Duration, Timer, with_timeout};
+use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_io_async::{Read, Write};
 use embedded_storage::nor_flash::NorFlash;
@@ -30,6 +30,8 @@ const MAX_WRITE: usize = 63;
 const LINE_PAUSE: Duration = Duration::from_millis(100);
 /// The time between two reports of an error from before the start.
 const REPORT_INTERVAL: Duration = Duration::from_secs(2);
+/// The time after which the last line of text is sent again.
+const REMINDER: Duration = Duration::from_secs(10);
 /// The longest line of text.
 const TEXT_BYTES: usize = 256;
 
@@ -60,6 +62,9 @@ pub(crate) struct Device<'s, S, D, H, R, F, O, I, T> {
     sender: T,
     /// True if the line takes bytes.
     is_read: bool,
+    /// The last line of text, and the time at which it is sent again, for a terminal that was opened later.
+    text: String<TEXT_BYTES>,
+    remind_at: Instant,
     /// A command that came while bytes were sent.
     command: Option<Command>,
     /// The arms' target, if they are there.
@@ -99,6 +104,8 @@ where
             receiver,
             sender,
             is_read: true,
+            text: String::new(),
+            remind_at: Instant::MAX,
             command: None,
             at: None,
             readings: 0,
@@ -107,15 +114,27 @@ where
 
     /// Shows an event to the operator, and as a line of text on the line.
     pub(crate) async fn show(&mut self, mut event: Event<'_>) {
-        let text = text(&mut event, self.operator);
+        self.text = text(&mut event, self.operator);
+        self.send_text().await;
+    }
+
+    async fn send_text(&mut self) {
+        self.remind_at = Instant::now() + REMINDER;
+        let text = self.text.clone();
         self.send(text.as_bytes()).await;
     }
 
     /// Waits for a command.
     pub(crate) async fn command(&mut self) -> Command {
-        match self.command.take() {
-            Some(command) => command,
-            None => self.operator.command().await,
+        loop {
+            if let Some(command) = self.command.take() {
+                return command;
+            }
+            let timer = Timer::at(self.remind_at);
+            match select(self.operator.command(), timer).await {
+                Either::First(command) => return command,
+                Either::Second(()) => self.send_text().await,
+            }
         }
     }
 
@@ -170,15 +189,14 @@ where
         delay_ms: Option<u32>,
         receive: impl FnMut(&u8),
     ) -> Option<Command> {
+        if Instant::now() >= self.remind_at {
+            self.send_text().await;
+        }
         if let Some(command) = self.command.take() {
             return Some(command);
         }
-        let timer = async {
-            match delay_ms {
-                Some(ms) => Timer::after_millis(ms.into()).await,
-                None => pending().await,
-            }
-        };
+        let due = delay_ms.map(|ms| Instant::now() + Duration::from_millis(ms.into()));
+        let timer = Timer::at(due.unwrap_or(Instant::MAX).min(self.remind_at));
         let mut buffer = [0; 64];
         match select3(
             self.operator.command(),

@@ -17,6 +17,8 @@ pub struct Panel<B, L> {
     state: State,
     /// The commands of a press and of a hold.
     commands: [Command; 2],
+    /// The last command.
+    last: Command,
 }
 
 impl<B: Wait + InputPin, L: OutputPin> Panel<B, L> {
@@ -27,6 +29,7 @@ impl<B: Wait + InputPin, L: OutputPin> Panel<B, L> {
             light,
             state: State::Waits,
             commands: [Command::Resume, Command::Calibrate],
+            last: Command::Resume,
         }
     }
 
@@ -61,15 +64,16 @@ fn blink(state: State, now: u64) -> (bool, u64) {
 impl<B: Wait + InputPin, L: OutputPin> Operator for Panel<B, L> {
     async fn command(&mut self) -> Command {
         let [pressed, held] = self.commands;
-        loop {
+        self.last = loop {
             match (self.press().await, self.state) {
                 // At once, not when the button is released.
                 (Press::Down, State::Moves) => return Command::Stop,
                 (_, State::Moves) | (Press::Down, _) => {}
-                (Press::Up, _) => return pressed,
-                (Press::Held, _) => return held,
+                (Press::Up, _) => break pressed,
+                (Press::Held, _) => break held,
             }
-        }
+        };
+        self.last
     }
 
     fn show(&mut self, event: &mut Event<'_>) {
@@ -77,6 +81,8 @@ impl<B: Wait + InputPin, L: OutputPin> Operator for Panel<B, L> {
         self.commands = match event {
             Event::Saved => [Command::Resume, Command::Restart],
             Event::Finished(..) => [Command::Restart, Command::Calibrate],
+            // A calibration that has failed begins again.
+            Event::Failed(_) if self.last == Command::Calibrate => [Command::Calibrate; 2],
             Event::Failed(error) if error.code != ErrorCode::NotCalibrated => {
                 [Command::Resume, Command::Restart]
             }

@@ -14,7 +14,8 @@ pub const MIN_SEPARATION: f32 = 0.09;
 /// common azimuth 0. Step and speed: a motor of 200 steps with 16 microsteps and a gear of 4.
 ///
 /// `home` is the angle of the switch, outside `min_angle` to `max_angle` by at most a tenth of that. A high direction
-/// pin increases the angle, unless `reversed`.
+/// pin increases the angle, unless `reversed`. Speeds, acceleration and tolerance are in steps: scale them with microsteps
+/// and gear. An axis makes at most 20,000 steps/s.
 pub const AXES: [Settings; 4] = [
     Settings {
         home: -0.05,

@@ -55,7 +55,8 @@ const WHITE: White = White {
 
 /// Changes options of the scan.
 fn configure(config: &mut Config) {
-    // If the lamp cannot be switched: 0. Then no reading shows room light.
+    // If the lamp cannot be switched: 0. You cover it for the calibration. No reading shows room light then, nor that the
+    // lamp is off.
     config.limits.dark = 0.05;
 }
 
