@@ -7,8 +7,8 @@
 //! ```
 //! use glimpse_core::driver::{Action, Config, Driver, Host};
 //! use glimpse_core::error::{Error, ErrorCode};
-//! use glimpse_core::geometry::ArmAngles;
-//! use glimpse_core::gonio::{Limits, Machine, Speeds};
+//! use glimpse_core::geometry::Arms;
+//! use glimpse_core::gonio::{Limits, Machine};
 //! use glimpse_core::model::Neural;
 //! use glimpse_core::recipe::{Recipe, memory_words};
 //! use glimpse_core::gonio::Reading;
@@ -20,21 +20,21 @@
 //! const LAYOUT: Layout = Layout { start: 0, area_bytes: 512 }; // two of them, of whole sectors
 //!
 //! # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/common/flash.rs"));
-//! # struct Board { now_ms: u64, arms: ArmAngles, flash: Flash }
+//! # struct Board { now_ms: u64, arms: Arms, flash: Flash }
 //! # impl Board {
 //! #     fn now_ms(&mut self) -> u64 { self.now_ms += 1; self.now_ms }
 //! #     fn uart_read(&mut self) -> Option<u8> { None }
 //! #     fn uart_write(&mut self, _: u8) -> bool { true }
 //! #     fn sleep_ms(&mut self, _: Option<u32>) {}
-//! #     fn move_and_read(&mut self, to: ArmAngles, is_lit: bool) -> Option<Reading> {
+//! #     fn move_and_read(&mut self, to: Arms, is_lit: bool) -> Option<Reading> {
 //! #         self.arms = to;
-//! #         Some(Reading::new([0.2, 0.1, 0.01 * to.incoming.theta].map(|brdf| if is_lit { brdf } else { 0.0 })))
+//! #         Some(Reading::new([0.2, 0.1, 0.01 * to.theta_i].map(|brdf| if is_lit { brdf } else { 0.0 })))
 //! #     }
 //! #     fn operator_continues(&mut self) -> bool { false }
 //! # }
 //! fn firmware(board: &mut Board) -> Result<(), Error> {
 //!     // The lamp has no azimuth axis: it is fixed at 0, the default of `Machine::fixed`.
-//!     let speeds = Speeds { theta_i: 0.2, phi_i: 0.0, theta_o: 0.2, phi_o: 0.2 }; // rad/s
+//!     let speeds = Arms { theta_i: 0.2, phi_i: 0.0, theta_o: 0.2, phi_o: 0.2 }; // rad/s
 //!     let limits = Limits { max_theta_i: 1.55, max_theta_o: 1.55, ..Limits::NONE };
 //!     let machine = Machine { speeds, ..Machine::new(limits) };
 //!     let mut config = Config::new(Host::Listens);
@@ -91,7 +91,7 @@
 //!         }
 //!     }
 //! }
-//! # let mut board = Board { now_ms: 0, arms: ArmAngles::default(), flash: Flash::new(2) };
+//! # let mut board = Board { now_ms: 0, arms: Arms::NORMAL, flash: Flash::new(2) };
 //! # firmware(&mut board).unwrap();
 //! ```
 //!

@@ -4,17 +4,17 @@
 //! 1998), describe a pair of directions of an isotropic BRDF: incoming w_i and outgoing w_o, of unit length, with z
 //! along the normal.
 //!
-//! [`ArmAngles`] are the spherical angles of both directions, as the arms of a scanner have them. An isotropic BRDF
+//! [`Arms`] are the spherical angles of both directions, as the arms of a scanner have them. An isotropic BRDF
 //! does not change if both directions are [turned](Directions::turned) about the normal.
 
 mod angles;
+mod arms;
 mod directions;
 mod half_difference;
-mod spherical;
 
 pub use angles::Angles;
+pub use arms::Arms;
 pub(crate) use directions::Arm;
 pub use directions::Directions;
 pub(crate) use directions::UNIT_TOLERANCE;
 internal! { half_difference::HalfDifference }
-pub use spherical::{ArmAngles, Spherical};

@@ -27,7 +27,7 @@ pub mod tile;
 
 pub use calibration::{Calibration, Footprint, ReferenceCalibration};
 pub use limits::Limits;
-pub use nearest::{Machine, Move, Speeds};
+pub use nearest::{Machine, Move};
 pub use quantity::Quantity;
 pub use reading::{MIN_READING, Reading};
 pub use repeated::Repeated;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::{env, fs};
 
 use glimpse_core::fit::AnyModel;
-use glimpse_core::geometry::{Directions, HalfDifference, Spherical};
+use glimpse_core::geometry::{Arms, Directions, HalfDifference};
 use glimpse_core::gonio::Reading;
 use glimpse_core::model::linear::Basis;
 use glimpse_core::model::loss::cosine_weighted_log_error;
@@ -180,13 +180,9 @@ fn fits_and_pictures_match_core_on_host() {
         );
         assert_close(&core.numbers(expected.len()), &expected, name);
 
-        let towards = |theta: f32| Spherical { theta, phi: 0.0 }.direction();
         let lobe = |step: u8| {
             let theta_o = ((f32::from(step) + 0.5) / 45.0 - 1.0) * std::f32::consts::FRAC_PI_2;
-            brdf(&Directions {
-                incoming: towards(-0.7),
-                outgoing: towards(theta_o),
-            })
+            brdf(&Arms::from_array([-0.7, 0.0, theta_o, 0.0]).directions())
         };
         let expected = (0..90).map(lobe).collect::<Vec<_>>().concat();
         core.numbers(expected.len());

@@ -5,14 +5,14 @@ use core::f32::consts::{FRAC_PI_2, PI};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, ErrorCode};
-use crate::geometry::{ArmAngles, Directions};
+use crate::geometry::{Arms, Directions};
 
 /// The reach of a machine's arms, without limits of the azimuths; angles in radians. [`Limits::validate`] checks them;
 /// deserialized ones are valid.
 ///
 /// ```
 /// use glimpse_core::error::{Error, ErrorCode};
-/// use glimpse_core::geometry::{ArmAngles, Spherical};
+/// use glimpse_core::geometry::Arms;
 /// use glimpse_core::gonio::Limits;
 ///
 /// let limits = Limits {
@@ -22,10 +22,7 @@ use crate::geometry::{ArmAngles, Directions};
 /// };
 /// limits.validate()?;
 ///
-/// let sensor_at = |theta| ArmAngles {
-///     incoming: Spherical { theta: 0.5, phi: 0.0 },
-///     outgoing: Spherical { theta, phi: 0.0 },
-/// };
+/// let sensor_at = |theta_o| Arms { theta_i: 0.5, theta_o, ..Arms::NORMAL };
 /// assert_eq!(limits.check(&sensor_at(0.9).directions()), Ok(()));
 /// let error = limits.check(&sensor_at(0.6).directions()).unwrap_err();
 /// assert_eq!(error.code, ErrorCode::MinSeparation);
@@ -119,13 +116,13 @@ impl Limits {
     /// [`ErrorCode::MaxThetaI`], [`ErrorCode::MaxThetaO`], [`ErrorCode::MinSeparation`] or [`ErrorCode::InPlane`].
     pub fn check(&self, directions: &Directions<f32>) -> Result<(), Error> {
         directions.check()?;
-        let arms = ArmAngles::from_directions(directions);
+        let arms = Arms::from_directions(directions);
         let check = |code, excess: f32, tolerance| match excess.is_nan() || excess > tolerance {
             true => Err(Error::with(code, [excess.to_bits(), 0])),
             false => Ok(()),
         };
-        let theta_i = arms.incoming.theta - self.max_theta_i;
-        let theta_o = arms.outgoing.theta - self.max_theta_o;
+        let theta_i = arms.theta_i - self.max_theta_i;
+        let theta_o = arms.theta_o - self.max_theta_o;
         let separation = self.min_separation - directions.separation();
         check(ErrorCode::MaxThetaI, theta_i, Self::TOLERANCE)?;
         check(ErrorCode::MaxThetaO, theta_o, Self::TOLERANCE)?;

@@ -79,13 +79,10 @@ const CANDIDATES: [Quantity; 3] = [
 /// black and saturated readings, which carry no information.
 ///
 /// ```
-/// use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
+/// use glimpse_core::geometry::{Arms, Directions};
 /// use glimpse_core::gonio::{Quantity, tile::{TileResult, examine}};
 ///
-/// let at = |theta_i, theta_o| ArmAngles {
-///     incoming: Spherical { theta: theta_i, phi: 0.0 },
-///     outgoing: Spherical { theta: theta_o, phi: 2.0 },
-/// }.directions();
+/// let at = |theta_i, theta_o| Arms::from_array([theta_i, 0.0, theta_o, 2.0]).directions();
 /// // A gray tile of 50 %, and a conversion without the division by cos(theta_i).
 /// let read = |at: Directions<f32>| (at, [0.5 / 3.14159 * at.incoming[2]; 3]);
 /// let readings = [at(0.1, 0.9), at(0.5, 0.2), at(1.0, 0.5), at(0.8, 1.0)].map(read);

@@ -6,18 +6,11 @@ mod nearest;
 mod repeated;
 mod tile;
 
-use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
+use glimpse_core::geometry::{Arms, Directions};
 
 /// Arms at theta_i, phi_i, theta_o, phi_o in degrees.
-fn arms([theta_i, phi_i, theta_o, phi_o]: [f32; 4]) -> ArmAngles {
-    let arm = |theta: f32, phi: f32| Spherical {
-        theta: theta.to_radians(),
-        phi: phi.to_radians(),
-    };
-    ArmAngles {
-        incoming: arm(theta_i, phi_i),
-        outgoing: arm(theta_o, phi_o),
-    }
+fn arms(degrees: [f32; 4]) -> Arms {
+    Arms::from_array(degrees.map(f32::to_radians))
 }
 
 /// The directions of arms at these angles in degrees.

@@ -4,7 +4,7 @@ use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_io_async::{Read, Write};
 use embedded_storage::nor_flash::NorFlash;
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::geometry::{ArmAngles, Spherical};
+use glimpse_core::geometry::Arms;
 use glimpse_core::gonio::Quantity;
 use glimpse_core::gonio::tile::{TileResult, examine};
 
@@ -60,11 +60,7 @@ where
         let mut optics = Optics::new(white, dark.channels, lit.channels)?;
         let mut readings = [(white.at.directions(), [0.0; 3]); TILE.len()];
         for ((number, to), (theta_i, theta_o)) in (3..).zip(&mut readings).zip(TILE) {
-            let at = |theta, phi| Spherical { theta, phi };
-            let arms = ArmAngles {
-                incoming: at(theta_i, 0.0),
-                outgoing: at(theta_o, AZIMUTH),
-            };
+            let arms = Arms::from_array([theta_i, 0.0, theta_o, AZIMUTH]);
             let counts = self.read(arms, true).await?;
             self.show(Event::Reading(number, of, counts)).await;
             *to = (arms.directions(), optics.reading(counts, &arms, true)?.brdf);

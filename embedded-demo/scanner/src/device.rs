@@ -11,7 +11,7 @@ use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_io_async::{Read, Write};
 use embedded_storage::nor_flash::NorFlash;
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::geometry::ArmAngles;
+use glimpse_core::geometry::Arms;
 use glimpse_core::store::Store;
 use heapless::String;
 
@@ -68,7 +68,7 @@ pub(crate) struct Device<'s, S, D, H, R, F, O, I, T> {
     /// A command that came while bytes were sent.
     command: Option<Command>,
     /// The arms' target, if they are there.
-    at: Option<ArmAngles>,
+    at: Option<Arms>,
     /// Number of readings since the last homing.
     pub(crate) readings: u16,
 }
@@ -246,7 +246,7 @@ where
     ///
     /// # Errors
     /// Of the arms, the sensor or the flash, or [`ErrorCode::Stopped`].
-    pub(crate) async fn read(&mut self, arms: ArmAngles, is_lit: bool) -> Result<Counts, Error> {
+    pub(crate) async fn read(&mut self, arms: Arms, is_lit: bool) -> Result<Counts, Error> {
         if self.at != Some(arms) {
             self.save_angles(None)?;
             let moved = unless_stopped(self.machine.move_to(arms), self.operator).await;

@@ -3,11 +3,10 @@
 use embassy_time::{Instant, Timer};
 use embedded_hal::digital::{InputPin, OutputPin};
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::geometry::{ArmAngles, Spherical};
+use glimpse_core::geometry::Arms;
 
 use crate::goniometer::{Goniometer, Progress, StepCheck};
 use crate::optics::{Counts, Sensor};
-use crate::route::AxisAngles;
 
 /// Time between polls of the axes, in µs. A late poll makes an axis slower, but loses no steps.
 const POLL_US: u64 = 20;
@@ -35,13 +34,8 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, R: Sensor> Machine<S, D, H, R> {
     }
 
     /// Returns the angles of the arms according to their step counts. None while one is unknown.
-    pub(crate) fn angles(&self) -> Option<ArmAngles> {
-        let [theta_i, phi_i, theta_o, phi_o] = self.arms.angles()?;
-        let at = |theta, phi| Spherical { theta, phi };
-        Some(ArmAngles {
-            incoming: at(theta_i, phi_i),
-            outgoing: at(theta_o, phi_o),
-        })
+    pub(crate) fn angles(&self) -> Option<Arms> {
+        self.arms.angles().map(Arms::from_array)
     }
 
     /// Homes the arms. The result is evidence about the readings since the previous homing.
@@ -62,10 +56,8 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, R: Sensor> Machine<S, D, H, R> {
     ///
     /// # Errors
     /// Of the arms. Nothing moves until they are homed.
-    pub(crate) async fn move_to(&mut self, arms: ArmAngles) -> Result<(), Error> {
-        let ArmAngles { incoming, outgoing } = arms;
-        let angles: AxisAngles = [incoming.theta, incoming.phi, outgoing.theta, outgoing.phi];
-        self.arms.go_to(angles)?;
+    pub(crate) async fn move_to(&mut self, arms: Arms) -> Result<(), Error> {
+        self.arms.go_to(arms.to_array())?;
         self.settle().await.map(drop)
     }
 

@@ -1,7 +1,7 @@
 //! Counts of a sensor, and their conversion to the BRDF.
 
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::geometry::ArmAngles;
+use glimpse_core::geometry::Arms;
 use glimpse_core::gonio::{Calibration, Footprint, Reading};
 
 /// Counts of red, green and blue, linear, as with the nominal exposure.
@@ -35,7 +35,7 @@ pub trait Sensor {
 #[derive(Clone, Copy, Debug)]
 pub struct White {
     /// The arms while it is read: at least 20 degrees away from the mirror's direction.
-    pub at: ArmAngles,
+    pub at: Arms,
     /// Its reflectance in each channel, above 0 (a fraction, not per cent).
     pub reflectance: [f32; 3],
     /// The larger spot on the sample, at all angles: that of the light, or that which the sensor sees.
@@ -88,7 +88,7 @@ impl Optics {
     pub(crate) fn reading(
         &mut self,
         counts: Counts,
-        arms: &ArmAngles,
+        arms: &Arms,
         is_lit: bool,
     ) -> Result<Reading, Error> {
         let channels = counts.channels;

@@ -8,7 +8,7 @@ use embedded_storage::nor_flash::NorFlash;
 use glimpse_core::driver::{Action, Config, Driver};
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::ScanModel;
-use glimpse_core::geometry::{ArmAngles, Directions};
+use glimpse_core::geometry::{Arms, Directions};
 use glimpse_core::link::Purpose;
 use glimpse_core::scan::Scan;
 use glimpse_core::store::Store;
@@ -196,7 +196,7 @@ where
         let is_ordered = scan.recipe().is_in_path_order() || scanner.config.target_loss.is_some();
         let from = self.machine.angles().unwrap_or_default();
         let next = match &scanner.config.machine {
-            None => Some((index, ArmAngles::from_directions(&directions))),
+            None => Some((index, Arms::from_directions(&directions))),
             Some(machine) => {
                 let sample = [(index, directions)].into_iter();
                 let next = match purpose == Purpose::Sample && !is_ordered {

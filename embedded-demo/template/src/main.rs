@@ -19,7 +19,7 @@ use embedded_io_async::{Read, Write};
 use embedded_storage::nor_flash::NorFlash;
 use glimpse_core::driver::{Config, Host};
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::geometry::{ArmAngles, Spherical};
+use glimpse_core::geometry::Arms;
 use glimpse_core::gonio::{Footprint, Machine as Reach};
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::{Recipe, memory_words};
@@ -39,15 +39,9 @@ const MEMORY_WORDS: usize = memory_words(&[RECIPE]);
 /// The white tile of the calibration: the arms while it is read, and its reflectance. `footprint` is the larger spot on
 /// the sample, at all angles: that of the light, or that which the sensor sees.
 const WHITE: White = White {
-    at: ArmAngles {
-        incoming: Spherical {
-            theta: 0.0,
-            phi: 0.0,
-        },
-        outgoing: Spherical {
-            theta: 0.785,
-            phi: 0.0,
-        },
+    at: Arms {
+        theta_o: 0.785,
+        ..Arms::NORMAL
     },
     reflectance: [0.99; 3],
     footprint: Footprint::LightLarger,

@@ -5,7 +5,7 @@ use std::cell::Cell;
 
 use embedded_hal::digital::{ErrorKind, ErrorType, InputPin, OutputPin};
 use glimpse_core::error::Error;
-use glimpse_core::geometry::{ArmAngles, Spherical};
+use glimpse_core::geometry;
 use glimpse_scanner::axis::{Axis, Settings};
 use glimpse_scanner::goniometer::Progress::{self, Homed};
 use glimpse_scanner::goniometer::{Goniometer, StepCheck};
@@ -220,10 +220,9 @@ impl Machine {
 }
 
 /// Returns the angle between lamp and sensor, radians.
-pub fn separation([theta_i, phi_i, theta_o, phi_o]: AxisAngles) -> f32 {
-    let at = |theta, phi| Spherical { theta, phi };
-    let (incoming, outgoing) = (at(theta_i, phi_i), at(theta_o, phi_o));
-    ArmAngles { incoming, outgoing }.directions().separation()
+pub fn separation(angles: AxisAngles) -> f32 {
+    let arms = geometry::Arms::from_array(angles);
+    arms.directions().separation()
 }
 
 /// Polls every `round` us until the arms rest, and returns their last progress. `watch` is called after each poll.

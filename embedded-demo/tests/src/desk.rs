@@ -11,7 +11,7 @@ use embassy_time::{Duration, Instant, MockDriver, Timer};
 use glimpse_core::driver::{Config, Host};
 use glimpse_core::error::Error;
 use glimpse_core::fit::AnyModel;
-use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
+use glimpse_core::geometry::{Arms, Directions};
 use glimpse_core::gonio::{Footprint, Machine as Reach, Reading};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Residual, Scan};
@@ -29,15 +29,9 @@ pub const LAYOUT: Layout = Layout {
 
 /// The white tile of the calibration.
 pub const WHITE: White = White {
-    at: ArmAngles {
-        incoming: Spherical {
-            theta: 0.0,
-            phi: 0.0,
-        },
-        outgoing: Spherical {
-            theta: 0.785,
-            phi: 0.0,
-        },
+    at: Arms {
+        theta_o: 0.785,
+        ..Arms::NORMAL
     },
     reflectance: [0.99; 3],
     footprint: Footprint::LightLarger,
@@ -143,10 +137,7 @@ impl Desk {
 
     /// Returns the true directions of lamp and sensor.
     pub fn directions(&self) -> Directions<f32> {
-        let [theta_i, phi_i, theta_o, phi_o] = self.machine.angles();
-        let at = |theta, phi| Spherical { theta, phi };
-        let (incoming, outgoing) = (at(theta_i, phi_i), at(theta_o, phi_o));
-        ArmAngles { incoming, outgoing }.directions()
+        Arms::from_array(self.machine.angles()).directions()
     }
 
     /// Runs the firmware until a condition holds: after a restart, as from the start. Fails after half an hour.
@@ -241,13 +232,8 @@ fn fitted(recipe: Recipe<'_>, record: impl FnOnce(&mut Scan<'_, AnyModel>)) -> V
         for (t, p) in (0..16_u8).flat_map(|t| (0..16_u8).map(move |p| (t, p))) {
             let theta = (f32::from(t) + 0.5) / 16.0 * 80.0_f32.to_radians();
             let phi = (f32::from(p) + 0.5) / 16.0 * TAU;
-            let at = |theta, phi| Spherical { theta, phi };
-            let (incoming, outgoing) = (at(theta_i.to_radians(), 0.0), at(theta, phi));
-            brdf.extend(
-                fitted
-                    .brdf(&ArmAngles { incoming, outgoing }.directions())
-                    .unwrap(),
-            );
+            let arms = Arms::from_array([theta_i.to_radians(), 0.0, theta, phi]);
+            brdf.extend(fitted.brdf(&arms.directions()).unwrap());
         }
     }
     brdf

@@ -2,7 +2,7 @@
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::fit::{Coefficients, Estimator, Net, Prediction, Refinement, Sgd};
-use glimpse_core::geometry::ArmAngles;
+use glimpse_core::geometry::Arms;
 use glimpse_core::numeric::{ComponentRows, Floats, Rows};
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::Identity;
@@ -49,10 +49,7 @@ pub fn to_json(recipe: &Recipe<'_>) -> Result<Value, MetadataError> {
         .collect();
     let arms: Vec<[f32; 4]> = recipe
         .directions()
-        .map(|(_, directions)| {
-            let ArmAngles { incoming, outgoing } = ArmAngles::from_directions(&directions);
-            [incoming.theta, incoming.phi, outgoing.theta, outgoing.phi]
-        })
+        .map(|(_, directions)| Arms::from_directions(&directions).to_array())
         .collect();
     let mut value = json!({
         "model": recipe.model().name(),

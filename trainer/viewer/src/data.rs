@@ -3,7 +3,7 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glimpse_core::fit::Estimator;
-use glimpse_core::geometry::{Angles, ArmAngles, HalfDifference};
+use glimpse_core::geometry::{Angles, Arms, HalfDifference};
 use glimpse_core::model::linear::Basis;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::Material;
@@ -116,9 +116,9 @@ impl RecipeScan {
 /// Returns the polar angles of light and sensor, and the azimuth of the sensor from that of the light.
 fn arms_in_degrees(angles: Angles<f32>) -> Value {
     let directions = HalfDifference::from_angles(angles).directions();
-    let ArmAngles { incoming, outgoing } = ArmAngles::from_directions(&directions);
-    let phi = outgoing.phi - incoming.phi;
-    let [theta_i, theta_o, phi] = [incoming.theta, outgoing.theta, phi].map(f32::to_degrees);
+    let arms = Arms::from_directions(&directions);
+    let phi = arms.phi_o - arms.phi_i;
+    let [theta_i, theta_o, phi] = [arms.theta_i, arms.theta_o, phi].map(f32::to_degrees);
     json!({ "theta_i": theta_i, "theta_o": theta_o, "phi": phi })
 }
 

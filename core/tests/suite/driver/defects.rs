@@ -495,7 +495,7 @@ fn target_needs_first_readings_in_order() {
 fn reach_fails_closed() {
     let mut fixed = Machine::new(Limits::NONE);
     fixed.speeds.theta_o = 0.0;
-    fixed.fixed.outgoing.theta = 0.5;
+    fixed.fixed.theta_o = 0.5;
     let mut not_a_number = Machine::new(Limits::NONE);
     not_a_number.limits.max_theta_i = f32::NAN;
     for machine in [fixed, not_a_number] {

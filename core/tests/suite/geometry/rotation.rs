@@ -3,16 +3,12 @@
 
 use std::f32::consts::{PI, TAU};
 
-use glimpse_core::geometry::{ArmAngles, HalfDifference, Spherical};
+use glimpse_core::geometry::{Arms, HalfDifference};
 use proptest::prelude::*;
 
 /// A pair of directions whose azimuths differ by `delta_phi`.
-fn arms(theta_i: f32, theta_o: f32, delta_phi: f32) -> ArmAngles {
-    let arm = |theta, phi| Spherical { theta, phi };
-    ArmAngles {
-        incoming: arm(theta_i, 0.0),
-        outgoing: arm(theta_o, delta_phi),
-    }
+fn arms(theta_i: f32, theta_o: f32, delta_phi: f32) -> Arms {
+    Arms::from_array([theta_i, 0.0, theta_o, delta_phi])
 }
 
 /// Arms that are off by 0.01 degrees still yield the half vector of a mirror pair.

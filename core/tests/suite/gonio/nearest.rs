@@ -2,20 +2,15 @@
 
 use std::f32::consts::{PI, TAU};
 
-use glimpse_core::geometry::{ArmAngles, HalfDifference};
-use glimpse_core::gonio::{Limits, Machine, Move, Speeds};
+use glimpse_core::geometry::{Arms, HalfDifference};
+use glimpse_core::gonio::{Limits, Machine, Move};
 use proptest::prelude::*;
 
 use super::{arms, at, close};
 
 fn machine(isotropic: bool) -> Machine {
     Machine {
-        speeds: Speeds {
-            theta_i: 0.5,
-            phi_i: 0.2,
-            theta_o: 1.0,
-            phi_o: 0.6,
-        },
+        speeds: Arms::from_array([0.5, 0.2, 1.0, 0.6]),
         isotropic,
         ..Machine::new(Limits::NONE)
     }
@@ -28,11 +23,11 @@ fn shorter_turn(angle: f32) -> f32 {
 }
 
 /// The duration of the slowest axis, as `Machine` documents it.
-fn seconds(speeds: &Speeds, to: &ArmAngles, from: &ArmAngles, turn: f32) -> f32 {
-    let theta_i = (to.incoming.theta - from.incoming.theta).abs() / speeds.theta_i;
-    let theta_o = (to.outgoing.theta - from.outgoing.theta).abs() / speeds.theta_o;
-    let phi_i = shorter_turn(to.incoming.phi + turn - from.incoming.phi) / speeds.phi_i;
-    let phi_o = shorter_turn(to.outgoing.phi + turn - from.outgoing.phi) / speeds.phi_o;
+fn seconds(speeds: &Arms, to: &Arms, from: &Arms, turn: f32) -> f32 {
+    let theta_i = (to.theta_i - from.theta_i).abs() / speeds.theta_i;
+    let theta_o = (to.theta_o - from.theta_o).abs() / speeds.theta_o;
+    let phi_i = shorter_turn(to.phi_i + turn - from.phi_i) / speeds.phi_i;
+    let phi_o = shorter_turn(to.phi_o + turn - from.phi_o) / speeds.phi_o;
     theta_i.max(theta_o).max(phi_i).max(phi_o)
 }
 
@@ -94,7 +89,7 @@ fn azimuths_take_shorter_turn() {
         let actual = moved(&machine(false), [10.0, -170.0, 10.0, 90.0], from);
         assert!((actual.seconds - 20f32.to_radians() / 0.2).abs() < 1e-3);
         let phi = (190.0 + turns).to_radians();
-        assert!((actual.arms.incoming.phi - phi).abs() < 1e-4, "{turns}");
+        assert!((actual.arms.phi_i - phi).abs() < 1e-4, "{turns}");
     }
 }
 
@@ -117,11 +112,11 @@ fn ignores_samples_out_of_reach() {
 fn missing_axis_stays_fixed() {
     let mut machine = machine(true);
     machine.speeds.phi_i = 0.0;
-    machine.fixed.incoming.phi = 15f32.to_radians();
+    machine.fixed.phi_i = 15f32.to_radians();
     let from = [30.0, 15.0, 40.0, 100.0];
     let actual = moved(&machine, [20.0, -120.0, 40.0, -20.0], from);
-    assert_eq!(actual.arms.incoming.phi, 15f32.to_radians());
-    assert!((actual.arms.outgoing.phi - 115f32.to_radians()).abs() < 1e-5);
+    assert_eq!(actual.arms.phi_i, 15f32.to_radians());
+    assert!((actual.arms.phi_o - 115f32.to_radians()).abs() < 1e-5);
     // Without a turn of the sample, the position is out of reach, unless the azimuth is correct already or has no
     // effect.
     machine.isotropic = false;
@@ -143,13 +138,12 @@ fn in_plane_arms_swing_through_normal() {
     assert_eq!(nearest(&machine), None);
     machine.through_normal = true;
     let actual = nearest(&machine).expect("in reach");
-    let ArmAngles { incoming, outgoing } = actual.arms;
-    assert_eq!((incoming.phi, outgoing.phi), (0.0, 0.0));
-    assert!(
-        close(incoming.theta.abs(), 40f32.to_radians())
-            && close(outgoing.theta.abs(), 50f32.to_radians())
-    );
-    assert!(incoming.theta * outgoing.theta < 0.0);
+    let Arms {
+        theta_i, theta_o, ..
+    } = actual.arms;
+    assert_eq!((actual.arms.phi_i, actual.arms.phi_o), (0.0, 0.0));
+    assert!(close(theta_i.abs(), 40f32.to_radians()) && close(theta_o.abs(), 50f32.to_radians()));
+    assert!(theta_i * theta_o < 0.0);
     // The sensor moves 80 degrees at 1 rad/s, the lamp 10 degrees at half this speed.
     assert!((actual.seconds - 80f32.to_radians()).abs() < 1e-4);
 }
@@ -157,7 +151,7 @@ fn in_plane_arms_swing_through_normal() {
 #[test]
 fn invalid_arms_reach_nothing() {
     let mut from = arms([10.0, 0.0, 10.0, PI]);
-    from.incoming.theta = f32::NAN;
+    from.theta_i = f32::NAN;
     let pending = || [(0, at([10.0, 0.0, 20.0, 0.0]))].into_iter();
     assert_eq!(machine(true).nearest(pending(), &from), None);
     from = arms([10.0, 0.0, 10.0, f32::INFINITY]);

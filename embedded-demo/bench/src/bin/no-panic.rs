@@ -17,7 +17,7 @@ use core::panic::PanicInfo;
 use glimpse_bench::machine::entry;
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::{Linear, ScanModel};
-use glimpse_core::geometry::{ArmAngles, Directions};
+use glimpse_core::geometry::{Arms, Directions};
 use glimpse_core::gonio::{Limits, Machine, Quantity, Reading, tile};
 use glimpse_core::link::{DeviceEnd, FRAME_BYTES, HostEnd, Received, Reply, Request, Values};
 use glimpse_core::model::linear::Basis;
@@ -128,7 +128,7 @@ fn arms() {
     let directions = directions();
     black_box((directions.separation(), directions.out_of_plane()));
     black_box(directions.turned(any(1.0)));
-    let arms = ArmAngles::from_directions(&directions);
+    let arms = Arms::from_directions(&directions);
     black_box((arms.directions(), arms.turned(any(1.0))));
     black_box(any(Limits::NONE).validate().is_ok());
 }

@@ -5,7 +5,7 @@ use std::cell::Cell;
 use embassy_time::Instant;
 use glimpse_core::driver::Host;
 use glimpse_core::error::ErrorCode;
-use glimpse_core::geometry::ArmAngles;
+use glimpse_core::geometry::Arms;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::EvidenceLimits;
 use glimpse_desk::optics::{SensorFault, ggx, plastic, tile};
@@ -286,10 +286,10 @@ fn orders_and_targets_count() {
     let read_at = desk.read_at.borrow();
     // The first is read with the lamp off, too.
     for ((_, expected), [theta_i, _, theta_o, _]) in recipe.directions().zip(&read_at[1..]) {
-        let arms = ArmAngles::from_directions(&expected);
-        let error = (arms.incoming.theta - theta_i)
+        let arms = Arms::from_directions(&expected);
+        let error = (arms.theta_i - theta_i)
             .abs()
-            .max((arms.outgoing.theta - theta_o).abs());
+            .max((arms.theta_o - theta_o).abs());
         assert!(error < 0.01, "{read_at:?}");
     }
     drop(read_at);

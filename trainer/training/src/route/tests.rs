@@ -1,7 +1,7 @@
 //! Tests of routes against independent computations.
 
-use glimpse_core::geometry::{ArmAngles, Spherical};
-use glimpse_core::gonio::{self, Limits, Speeds};
+use glimpse_core::geometry::Arms;
+use glimpse_core::gonio::{self, Limits};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -155,37 +155,24 @@ fn no_azimuths_are_faster_than_the_chosen_ones() {
 #[test]
 fn agrees_with_device_implementation() {
     let mut random = ChaCha8Rng::seed_from_u64(4);
-    let radians = |degrees: f64| degrees.to_radians() as f32;
-    let arm_angles = |arms: &Axes| {
-        let arm = |theta, phi| Spherical {
-            theta: radians(theta),
-            phi: radians(phi),
-        };
-        ArmAngles {
-            incoming: arm(arms.theta_i, arms.phi_i),
-            outgoing: arm(arms.theta_o, arms.phi_o),
-        }
+    let radians = |axes: &Axes| {
+        let radians = axes.to_array().map(f64::to_radians);
+        Arms::from_array(radians.map(|angle| angle as f32))
     };
     for machine in machines().into_iter().filter(|machine| machine.full_turns) {
-        let speeds = &machine.speeds;
         let device = gonio::Machine {
-            speeds: Speeds {
-                theta_i: radians(speeds.theta_i),
-                phi_i: radians(speeds.phi_i),
-                theta_o: radians(speeds.theta_o),
-                phi_o: radians(speeds.phi_o),
-            },
+            speeds: radians(&machine.speeds),
             isotropic: true,
-            fixed: arm_angles(&Machine::START),
+            fixed: radians(&Machine::START),
             ..gonio::Machine::new(Limits::NONE)
         };
         let stops = random_stops(40, &mut random);
         let route = Route::new(&machine, &stops, Order::Progressive, 0);
         let (mut position, mut previous_seconds) = (Machine::START, 0.0);
         for (visit, stop) in route.visits.iter().zip(&stops) {
-            let to = arm_angles(&stop.arms).directions();
+            let to = radians(&stop.arms).directions();
             let nearest = device
-                .nearest(std::iter::once((0, to)), &arm_angles(&position))
+                .nearest(std::iter::once((0, to)), &radians(&position))
                 .expect("the sample is within reach");
             let seconds = visit.seconds - previous_seconds - machine.settle;
             assert!(
@@ -193,8 +180,8 @@ fn agrees_with_device_implementation() {
                 "{nearest:?} {visit:?}"
             );
             for (device, planned) in [
-                (nearest.arms.incoming.phi, visit.arms.phi_i),
-                (nearest.arms.outgoing.phi, visit.arms.phi_o),
+                (nearest.arms.phi_i, visit.arms.phi_i),
+                (nearest.arms.phi_o, visit.arms.phi_o),
             ] {
                 assert!((f64::from(device).to_degrees() - planned).abs() < 1e-2);
             }

@@ -3,7 +3,7 @@
 use core::f32::consts::{FRAC_PI_2, PI};
 use core::ops::Range;
 
-use glimpse_core::geometry::{Directions, Spherical};
+use glimpse_core::geometry::{Arms, Directions};
 
 use crate::scene::Scene;
 
@@ -56,13 +56,11 @@ fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
 
 /// Evaluates the BRDF in the plane of incidence and returns the number of angles.
 pub(crate) fn lobe(scene: &mut Scene, theta_i: f32, steps: u32) -> u32 {
-    let direction = |theta: f32| Spherical { theta, phi: 0.0 }.direction();
-    let incoming = direction(-theta_i);
     let is_done = scene.with_surface(3 * steps as usize, |surface, values| {
         for (step, value) in values.iter_mut().enumerate() {
             let theta_o = (2 * step + 1) as f32 / steps as f32 * FRAC_PI_2 - FRAC_PI_2;
-            let outgoing = direction(theta_o);
-            *value = surface.brdf(&Directions { incoming, outgoing });
+            let arms = Arms::from_array([-theta_i, 0.0, theta_o, 0.0]);
+            *value = surface.brdf(&arms.directions());
         }
     });
     if is_done { steps } else { 0 }
