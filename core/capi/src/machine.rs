@@ -1,7 +1,7 @@
 //! The measuring machine: its arms, the calibration of its sensor, and repeated readings.
 
 use glimpse_core::error::ErrorCode;
-use glimpse_core::geometry::{ArmAngles, Directions};
+use glimpse_core::geometry::{Arms, Directions};
 use glimpse_core::gonio::{Calibration, Footprint, Limits, Machine, Repeated};
 
 use crate::handle::{glimpse_scan, scan as shared};
@@ -15,7 +15,7 @@ use crate::types::{
 /// Returns the directions of two arms. All angles are valid; below the horizon the BRDF is undefined.
 #[unsafe(no_mangle)]
 pub extern "C" fn glimpse_directions_of(arms: glimpse_arms) -> glimpse_directions {
-    ArmAngles::from(arms).directions().into()
+    Arms::from(arms).directions().into()
 }
 
 /// Returns a machine without limits, whose four axes move at 1 rad/s, for isotropic samples. Its arms do not

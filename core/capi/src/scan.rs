@@ -2,7 +2,7 @@
 
 use core::ffi::c_void;
 
-use glimpse_core::geometry::ArmAngles;
+use glimpse_core::geometry::Arms;
 use glimpse_core::model::linear::Basis;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
@@ -146,7 +146,7 @@ pub unsafe extern "C" fn glimpse_scan_next(
         sample.put(glimpse_sample {
             index,
             directions: directions.into(),
-            arms: ArmAngles::from_directions(&directions).into(),
+            arms: Arms::from_directions(&directions).into(),
             theta_h: angles.theta_h,
             theta_d: angles.theta_d,
             phi_d: angles.phi_d,

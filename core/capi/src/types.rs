@@ -3,8 +3,8 @@
 use core::ffi::{c_int, c_void};
 
 use glimpse_core::fit::{Progress, ScanModel};
-use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
-use glimpse_core::gonio::{Limits, Machine, Move, Reading, Speeds};
+use glimpse_core::geometry::{Arms, Directions};
+use glimpse_core::gonio::{Limits, Machine, Move, Reading};
 use glimpse_core::scan::{Fitted, Recorded, Residual};
 
 use crate::status::glimpse_status;
@@ -439,29 +439,8 @@ convert! {
     glimpse_progress = Progress { done, total }
     glimpse_move = Move { index, arms, seconds }
     glimpse_limits = Limits { max_theta_i, max_theta_o, min_separation; in_plane }
-    glimpse_arms = Speeds { theta_i, phi_i, theta_o, phi_o }
+    glimpse_arms = Arms { theta_i, phi_i, theta_o, phi_o }
     glimpse_machine = Machine { speeds, fixed, limits; isotropic, through_normal }
-}
-
-impl From<ArmAngles> for glimpse_arms {
-    fn from(ArmAngles { incoming, outgoing }: ArmAngles) -> Self {
-        Self {
-            theta_i: incoming.theta,
-            phi_i: incoming.phi,
-            theta_o: outgoing.theta,
-            phi_o: outgoing.phi,
-        }
-    }
-}
-
-impl From<glimpse_arms> for ArmAngles {
-    fn from(arms: glimpse_arms) -> Self {
-        let spherical = |theta, phi| Spherical { theta, phi };
-        Self {
-            incoming: spherical(arms.theta_i, arms.phi_i),
-            outgoing: spherical(arms.theta_o, arms.phi_o),
-        }
-    }
 }
 
 impl From<Residual> for glimpse_residual {
