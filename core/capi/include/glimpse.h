@@ -365,7 +365,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_RESIDUAL = 90,
     /**
-     * the readings with the lamp off are too large a part of those with it: darken the room, or read the dark again
+     * the readings with the lamp off are too large a part of those with it: check the lamp, darken the room, and calibrate again
      */
     GLIMPSE_STATUS_ROOM_LIGHT = 92,
     /**
@@ -461,11 +461,11 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_TILE_TOO_FEW = 120,
     /**
-     * a reading of the tile is not positive and finite, or its directions are not unit vectors above the horizon: read it again
+     * a reading of the tile is not positive and finite, or its directions are not unit vectors above the horizon: read it again, and check the angles of the arms
      */
     GLIMPSE_STATUS_TILE_READING = 121,
     /**
-     * the tile's readings scatter about every known quantity: average more of them, and check for stray light
+     * the tile's readings scatter about every known quantity: average more of them, and check for stray light, and microsteps and gear of the lamp's polar axis
      */
     GLIMPSE_STATUS_TILE_SPREAD = 122,
     /**
@@ -473,7 +473,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_TILE_AMBIGUOUS = 123,
     /**
-     * the tile's readings are not the BRDF: check the larger spot, and the steps per radian of the polar axes
+     * the tile's readings are not the BRDF: check the larger spot, and the microsteps, gear and switch of the lamp's polar axis
      */
     GLIMPSE_STATUS_TILE_OTHER = 124,
     /**
@@ -489,7 +489,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_SWITCH_OPENED = 130,
     /**
-     * the home switch stays open while the axis leaves it: check its wiring (normally closed) and the motor's supply
+     * the home switch stays open while the axis leaves it: check its wiring (normally closed), the motor's supply, and `reversed`
      */
     GLIMPSE_STATUS_SWITCH_STUCK = 131,
     /**
@@ -1640,7 +1640,7 @@ size_t glimpse_driver_bytes(const uint8_t *recipe,
 /**
  * Returns the default options: no machine, seed 0, 8 steps per poll, retransmissions after 0.1 s, a timeout
  * of 2 s for replies and of 60 s for readings, three attempts, no target loss, and limits of 5 % of light
- * with the lamp off, of 5 % of drift, and of a quarter of saturated readings. If the lamp cannot be switched,
+ * with the lamp off, of 5 % of drift, and of a fifth of saturated readings. If the lamp cannot be switched,
  * set `max_dark` to 0. The field `machine` is that of glimpse_machine_default(), without effect until
  * `has_machine` is set.
  *
