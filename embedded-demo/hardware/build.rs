@@ -1,6 +1,5 @@
 //! Fits on the host, whose bits the board must reproduce, and passes linker scripts.
 
-use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::{env, error, fs};
 
@@ -27,13 +26,12 @@ fn main() -> Result<(), Box<dyn error::Error>> {
         let mut fit = scan.fit()?;
         while !fit.advance(1000).is_complete() {}
         let bits: Vec<u32> = fit.finish()?.values().map(f32::to_bits).collect();
-        writeln!(constants, "pub static {name}: &[u32] = &{bits:?};")?;
+        constants += &format!("pub static {name}: &[u32] = &{bits:?};\n");
     }
+    let memory =
+        "FLASH : ORIGIN = 0x08000000, LENGTH = 512K RAM : ORIGIN = 0x20000000, LENGTH = 128K";
     fs::write(out.join("expected.rs"), constants)?;
-    fs::write(
-        out.join("memory.x"),
-        "MEMORY { FLASH : ORIGIN = 0x08000000, LENGTH = 512K RAM : ORIGIN = 0x20000000, LENGTH = 128K }",
-    )?;
+    fs::write(out.join("memory.x"), format!("MEMORY {{ {memory} }}"))?;
     println!("cargo::rustc-check-cfg=cfg(rust_analyzer)"); // of embedded-test
     println!("cargo::rustc-link-search={}", out.display());
     for argument in ["-Tlink.x", "-Tembedded-test.x", "--nmagic"] {

@@ -1,24 +1,23 @@
-//! A simulated machine with the template's axes. Its arms respond to edges on their pins only.
+//! Simulated arms. They respond to edges on their pins only.
 
 use std::array;
 use std::cell::Cell;
 
-use embedded_hal::digital::{ErrorKind, ErrorType, InputPin, OutputPin};
-use glimpse_core::error::Error;
-use glimpse_core::geometry;
+use embedded_hal::digital::ErrorKind;
+use glimpse_core::geometry::{self, Directions};
 use glimpse_scanner::axis::{Axis, Settings};
-use glimpse_scanner::goniometer::Progress::{self, Homed};
-use glimpse_scanner::goniometer::{Goniometer, StepCheck};
+use glimpse_scanner::goniometer::Goniometer;
 use glimpse_scanner::route::AxisAngles;
 
 use crate::axes::{AXES, MIN_SEPARATION};
+use crate::pin::{Input, Output, Pin};
 
 /// Reads for which a contact bounces after each change.
 const BOUNCES: u32 = 8;
 /// Steps between the positions at which a switch opens and closes.
 const HYSTERESIS: i32 = 10;
 
-/// State of a simulated switch.
+/// State of a simulated axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wiring {
     /// It works.
@@ -30,11 +29,11 @@ pub enum Wiring {
     Shorted,
     /// The contact never settles.
     Bouncing,
-    /// The switch is intact, but the motor does not turn.
+    /// The motor does not turn.
     Jammed,
-    /// The switch is intact, but the motor turns the wrong way.
+    /// The motor turns the wrong way.
     Reversed,
-    /// The pin returns errors.
+    /// The switch's pin returns errors.
     Unreadable,
 }
 
@@ -44,110 +43,64 @@ pub struct Arm {
     /// Distance from its switch, steps. The switch opens at 0.
     pub position: Cell<i32>,
     /// Distance of its far switch.
-    pub far: Cell<Option<i32>>,
+    pub far: Option<i32>,
     /// Steps by which every second opening is early.
-    pub scatter: Cell<i32>,
-    /// Level of the direction pin that moves it away from its switch.
-    away: bool,
+    pub scatter: i32,
     /// Steps that the motor will miss.
     pub stalled: Cell<u32>,
-    /// The state of its switch.
+    /// The state of motor and switch.
     pub wiring: Cell<Wiring>,
-    /// Levels of the direction pin and the step pin.
-    levels: [Cell<bool>; 2],
-    was_open: Cell<bool>,
-    openings: Cell<i32>,
+    /// Levels of the pins.
+    direction: Cell<bool>,
+    step: Cell<bool>,
+    /// Number of openings and closings of the switch, which begins closed.
+    changes: Cell<i32>,
     /// Reads during which the contact will bounce.
     bounces: Cell<u32>,
 }
 
 impl Arm {
-    /// Returns its direction pin, which may switch a lamp instead.
-    pub fn pin(&self) -> Pin<'_> {
-        Pin {
-            arm: self,
-            is_step: false,
-        }
-    }
-
-    /// Returns the level of that pin.
-    pub fn level(&self) -> bool {
-        self.levels[0].get()
-    }
-
-    /// Returns true if a working switch is open.
-    fn is_open(&self) -> bool {
-        let (position, was_open) = (self.position.get(), self.was_open.get());
-        let early = (self.openings.get() + i32::from(!was_open)) % 2 * self.scatter.get();
-        let margin = if was_open { HYSTERESIS } else { 0 };
-        let is_at_far = |far| position + margin >= far;
-        position - margin <= early || self.far.get().is_some_and(is_at_far)
-    }
-}
-
-/// A pin of an arm: step, direction, or switch.
-#[derive(Clone, Copy, Debug)]
-pub struct Pin<'a> {
-    arm: &'a Arm,
-    is_step: bool,
-}
-
-impl Pin<'_> {
-    fn set(&self, level: bool) -> Result<(), ErrorKind> {
-        let Self { arm, is_step } = *self;
-        let was_high = arm.levels[usize::from(is_step)].replace(level);
-        if is_step && level && !was_high && arm.wiring.get() != Wiring::Jammed {
-            let is_reversed = arm.wiring.get() == Wiring::Reversed;
-            let is_away = (arm.levels[0].get() == arm.away) != is_reversed;
-            match arm.stalled.get().checked_sub(1) {
-                Some(left) => arm.stalled.set(left),
-                None => arm.position.update(|at| at + if is_away { 1 } else { -1 }),
+    /// Sets the step pin. `away` is the level of the direction pin that moves the arm away from its switch.
+    fn set_step(&self, level: bool, away: bool) {
+        let is_edge = !self.step.replace(level) && level;
+        if is_edge && self.wiring.get() != Wiring::Jammed {
+            let is_away = (self.direction.get() == away) != (self.wiring.get() == Wiring::Reversed);
+            match self.stalled.get().checked_sub(1) {
+                Some(left) => self.stalled.set(left),
+                None => self.position.update(|at| at + if is_away { 1 } else { -1 }),
             }
         }
-        Ok(())
-    }
-}
-
-impl ErrorType for Pin<'_> {
-    type Error = ErrorKind;
-}
-
-impl OutputPin for Pin<'_> {
-    fn set_low(&mut self) -> Result<(), ErrorKind> {
-        self.set(false)
     }
 
-    fn set_high(&mut self) -> Result<(), ErrorKind> {
-        self.set(true)
-    }
-}
-
-impl InputPin for Pin<'_> {
-    fn is_high(&mut self) -> Result<bool, ErrorKind> {
-        let arm = self.arm;
-        let is_open = match arm.wiring.get() {
-            Wiring::Intact | Wiring::Jammed | Wiring::Reversed => arm.is_open(),
-            Wiring::Bouncing => !arm.was_open.get(),
+    /// Reads the switch: high while it is open.
+    fn read(&self) -> Result<bool, ErrorKind> {
+        let was_open = self.changes.get() % 2 == 1;
+        let is_open = match self.wiring.get() {
+            Wiring::Intact | Wiring::Jammed | Wiring::Reversed => self.is_open(),
+            Wiring::Bouncing => !was_open,
             Wiring::Broken => true,
             Wiring::Shorted => false,
             Wiring::Unreadable => return Err(ErrorKind::Other),
         };
-        if arm.was_open.replace(is_open) != is_open {
-            arm.openings.update(|count| count + i32::from(is_open));
-            arm.bounces.set(arm.bounces.get().max(BOUNCES));
+        if is_open != was_open {
+            self.changes.update(|changes| changes + 1);
+            self.bounces.set(BOUNCES);
         }
-        let left = arm.bounces.get();
-        arm.bounces.set(left.saturating_sub(1));
+        let left = self.bounces.get();
+        self.bounces.set(left.saturating_sub(1));
         Ok(is_open != (left % 2 == 1))
     }
 
-    fn is_low(&mut self) -> Result<bool, ErrorKind> {
-        self.is_high().map(|is_high| !is_high)
+    fn is_open(&self) -> bool {
+        let (position, changes) = (self.position.get(), self.changes.get());
+        let early = (changes / 2 + 1) % 2 * self.scatter;
+        let margin = changes % 2 * HYSTERESIS;
+        position - margin <= early || self.far.is_some_and(|far| position + margin >= far)
     }
 }
 
 /// A goniometer of simulated arms.
-pub type Arms<'a> = Goniometer<Pin<'a>, Pin<'a>, Pin<'a>>;
+pub type Arms<'a> = Goniometer<Output<'a>, Output<'a>, Input<'a>>;
 
 /// Four simulated arms.
 #[derive(Debug)]
@@ -156,26 +109,29 @@ pub struct Machine {
     pub arms: [Arm; 4],
     /// The settings of the firmware.
     pub settings: [Settings; 4],
-    /// The true steps per radian, relative to the settings.
-    pub gears: Cell<[f32; 4]>,
     /// The minimum separation of the firmware, radians.
     pub min_separation: f32,
+    /// The true steps per radian, relative to the settings.
+    pub gears: [f32; 4],
 }
 
 impl Machine {
-    /// Creates a machine whose arms are at these distances from their switches.
+    /// Creates a machine with the template's axes, whose arms are at these distances from their switches, steps.
     pub fn new(positions: [i32; 4]) -> Self {
-        let arm = |number| Arm {
-            position: Cell::new(positions[number]),
-            away: number != 2, // the sensor's switch is at the horizon
-            ..Arm::default()
-        };
-        Self {
-            arms: array::from_fn(arm),
+        let machine = Self {
+            arms: [(); 4].map(|()| Arm::default()),
             settings: AXES,
-            gears: Cell::new([1.0; 4]),
             min_separation: MIN_SEPARATION,
-        }
+            gears: [1.0; 4],
+        };
+        machine.place(positions);
+        machine
+    }
+
+    /// Moves the arms by hand to these distances from their switches, steps.
+    pub fn place(&self, positions: [i32; 4]) {
+        let arms = self.arms.iter().zip(positions);
+        arms.for_each(|(arm, position)| arm.position.set(position));
     }
 
     /// Returns the distances of the arms from their switches, steps.
@@ -183,74 +139,55 @@ impl Machine {
         self.arms.each_ref().map(|arm| arm.position.get())
     }
 
-    /// Returns arms whose directions are unproven.
-    pub fn unproven(&self) -> Arms<'_> {
+    /// Returns the firmware's arms, which are not homed. Their directions are proven or not.
+    pub fn arms(&self, is_proven: bool) -> Arms<'_> {
         let axes = array::from_fn(|number| {
-            let arm = &self.arms[number];
-            let pin = |is_step| Pin { arm, is_step };
-            Axis::new(pin(true), pin(false), pin(false), self.settings[number])
+            let (arm, settings) = (&self.arms[number], self.settings[number]);
+            let away = is_home_low(&settings) != settings.reversed;
+            let step: Output<'_> = Pin(Box::new(move |level| arm.set_step(level, away)));
+            let direction: Output<'_> = Pin(Box::new(|level| arm.direction.set(level)));
+            let switch: Input<'_> = Pin(Box::new(|| arm.read()));
+            Axis::new(step, direction, switch, settings)
         });
-        Goniometer::new(axes, self.min_separation).unwrap()
-    }
-
-    /// Returns arms that must be homed, as after a reset.
-    pub fn arms(&self, angles: Option<AxisAngles>) -> Arms<'_> {
-        let mut arms = self.unproven();
-        arms.trust_directions();
-        angles.into_iter().for_each(|angles| arms.assume(angles));
-        arms
-    }
-
-    /// Returns the homed arms.
-    pub fn homed(&self) -> Arms<'_> {
-        let mut arms = self.arms(None);
-        assert_eq!(home(&mut arms), Ok(Homed(StepCheck::Unknown)));
+        let mut arms = Goniometer::new(axes, self.min_separation).unwrap();
+        if is_proven {
+            arms.trust_directions();
+        }
         arms
     }
 
     /// Returns the true angles of the arms.
     pub fn angles(&self) -> AxisAngles {
         array::from_fn(|number| {
-            let (settings, position) = (self.settings[number], self.positions()[number]);
-            let steps = if number == 2 { -position } else { position };
-            let counted = steps as f32 / self.gears.get()[number];
-            settings.angle(settings.steps(settings.home) + counted as i32)
+            let settings = &self.settings[number];
+            let steps = self.arms[number].position.get() as f32 / self.gears[number];
+            let sign = if is_home_low(settings) { 1 } else { -1 };
+            settings.angle(settings.steps(settings.home) + sign * steps as i32)
         })
     }
-}
 
-/// Returns the angle between lamp and sensor, radians.
-pub fn separation(angles: AxisAngles) -> f32 {
-    let arms = geometry::Arms::from_array(angles);
-    arms.directions().separation()
-}
+    /// Returns the angle between lamp and sensor, radians.
+    pub fn separation(&self) -> f32 {
+        directions(self.angles()).separation()
+    }
 
-/// Polls every `round` us until the arms rest, and returns their last progress. `watch` is called after each poll.
-///
-/// # Errors
-/// As [`Goniometer::poll`].
-pub fn settle(arms: &mut Arms, round: u32, mut watch: impl FnMut()) -> Result<Progress, Error> {
-    loop {
-        let progress = arms.poll(round)?;
-        watch();
-        if progress != Progress::Moving {
-            return Ok(progress);
+    /// Adds a far switch to each axis, as far beyond its limits as the home switch.
+    pub fn add_far_switches(&mut self) {
+        let axes = self.arms.iter_mut().zip(&mut self.settings);
+        for ((arm, settings), gear) in axes.zip(self.gears) {
+            let far = settings.min_angle + settings.max_angle - settings.home;
+            settings.far = Some(far);
+            let angle = (far - settings.home).abs();
+            arm.far = Some((angle * settings.steps_per_radian * gear) as i32);
         }
     }
 }
 
-/// Moves the arms, and polls until they rest.
-pub fn go_to(arms: &mut Arms, angles: AxisAngles) {
-    arms.go_to(angles).unwrap();
-    assert_eq!(settle(arms, 40, || ()), Ok(Progress::Arrived));
-    assert_eq!(arms.poll(10), Ok(Progress::Resting));
+fn is_home_low(settings: &Settings) -> bool {
+    settings.home < settings.min_angle
 }
 
-/// Homes the arms, and polls until they rest.
-///
-/// # Errors
-/// As [`Goniometer::home`] and [`Goniometer::poll`].
-pub fn home(arms: &mut Arms) -> Result<Progress, Error> {
-    arms.home()?;
-    settle(arms, 40, || ())
+/// Returns the directions of lamp and sensor.
+pub fn directions(angles: AxisAngles) -> Directions<f32> {
+    geometry::Arms::from_array(angles).directions()
 }

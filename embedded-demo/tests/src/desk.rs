@@ -1,7 +1,6 @@
 //! A scanner on a desk: everything around a firmware, and everything that outlives a run of it.
 
 use std::cell::{Cell, RefCell};
-use std::collections::VecDeque;
 use std::f32::consts::TAU;
 use std::pin::pin;
 use std::sync::MutexGuard;
@@ -11,165 +10,175 @@ use embassy_time::{Duration, Instant, MockDriver, Timer};
 use glimpse_core::driver::{Config, Host};
 use glimpse_core::error::Error;
 use glimpse_core::fit::AnyModel;
-use glimpse_core::geometry::{Arms, Directions};
+use glimpse_core::geometry::Arms;
 use glimpse_core::gonio::{Footprint, Machine as Reach, Reading};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Residual, Scan};
 use glimpse_core::store::{Layout, Store};
+use glimpse_scanner::route::AxisAngles;
 use glimpse_scanner::{ColorSensor, Command, Event, Operator, White, run};
 
-use crate::optics::{Light, Registers, SensorFault};
-use crate::{Computer, Flash, Line, Machine, SECTOR_BYTES, take_clock};
+use crate::arms::Machine;
+use crate::flash::{Flash, SECTOR_BYTES};
+use crate::line::{Computer, Line};
+use crate::optics::{Brdf, DARK, PLASTIC, SensorFault, ggx};
+use crate::pin::{Output, Pin};
+use crate::random::Random;
+use crate::take_clock;
 
 /// The place of the store: two areas of sixteen sectors.
-pub const LAYOUT: Layout = Layout {
+const LAYOUT: Layout = Layout {
     start: 0,
     area_bytes: 16 * SECTOR_BYTES as u32,
 };
 
-/// The white tile of the calibration.
-pub const WHITE: White = White {
-    at: Arms {
-        theta_o: 0.785,
-        ..Arms::NORMAL
-    },
-    reflectance: [0.99; 3],
-    footprint: Footprint::LightLarger,
-};
+type Action = Box<dyn FnOnce(&Desk)>;
 
-/// A desk.
+/// A desk. Set its fields before a run; cells may change during one. A new desk has the axes of the template: set the
+/// fields of [`Machine`] and `tile` to those of your firmware, and call [`Desk::calibrate`].
 pub struct Desk {
     /// The recipe of the firmware.
-    pub recipe: &'static [u8],
+    pub recipe: Recipe<'static>,
     /// The arms.
     pub machine: Machine,
-    /// Lamp and room.
-    pub light: Light,
+    /// The firmware's white tile.
+    pub tile: White,
+    /// The firmware's options. A run sets machine and seed.
+    pub config: Config,
+    /// The material on the sample's place.
+    pub material: Brdf,
+    /// Brightness of the lamp, and its change per second.
+    pub lamp: (f32, f32),
+    /// True if the firmware cannot switch the lamp off.
+    pub is_always_lit: bool,
+    /// Counts of the room's light, and their change per second.
+    pub room: (f32, f32),
+    /// Counts of the white tile with light along the normal, with the nominal exposure.
+    pub white_counts: f32,
     /// A fault of the sensor.
-    pub sensor: Cell<SensorFault>,
+    pub sensor: Cell<Option<SensorFault>>,
+    /// The registers of the sensor.
+    pub registers: Cell<[u8; 32]>,
     /// The flash.
     pub flash: RefCell<Flash>,
     /// The line.
-    pub line: Cell<Line>,
+    pub line: Line,
     /// The host at its other end.
     pub host: RefCell<Computer>,
-    /// Options of the firmware to change.
-    pub configure: Cell<fn(&mut Config)>,
-    /// Commands, and the number of readings after which each is given.
-    pub commands: RefCell<VecDeque<(usize, Command)>>,
-    /// Number of times that the operator goes on after a failure or a question.
-    pub patience: Cell<usize>,
-    /// An axis that misses steps after this number of readings: readings, axis, steps.
-    pub stalls: Cell<Option<(usize, usize, u32)>>,
-    /// Number of readings until now.
-    pub readings: Cell<usize>,
-    /// The true angles at each of them.
-    pub read_at: RefCell<Vec<[f32; 4]>>,
-    /// The residual and the values of each result.
-    pub results: RefCell<Vec<(Residual, Vec<f32>)>>,
+    /// The next command of the operator, who otherwise resumes.
+    pub command: Cell<Option<Command>>,
+    /// The true angles at each reading of the sensor.
+    pub readings: RefCell<Vec<AxisAngles>>,
+    /// The residual of each result.
+    pub results: RefCell<Vec<Residual>>,
     /// Each failure.
     pub failures: RefCell<Vec<Error>>,
     /// The text of each event.
     pub texts: RefCell<Vec<String>>,
-    pub(crate) registers: Cell<Registers>,
-    pub(crate) next_break: Cell<Option<Instant>>,
+    /// An action, and the text and the number of the event that it follows.
+    after: RefCell<Option<(&'static str, usize, Action)>>,
+    pub(crate) is_lit: Cell<bool>,
+    pub(crate) random: RefCell<Random>,
     _clock: MutexGuard<'static, ()>,
 }
 
 impl Desk {
-    /// Creates a desk whose firmware is calibrated and has checked its directions. The arms stand anywhere.
+    /// Creates a desk with the template's axes. The firmware is calibrated and has checked its directions, and the sample is
+    /// of plastic. The arms stand anywhere.
     pub fn new(recipe: &'static [u8]) -> Self {
-        let desk = Self::uncalibrated(recipe);
-        desk.save_white();
-        desk.save_proven();
+        let _clock = take_clock();
+        let desk = Self {
+            recipe: Recipe::parse(recipe).unwrap(),
+            machine: Machine::new([900, 3000, 700, 5000]),
+            tile: White {
+                at: Arms::from_array([0.0, 0.0, 0.785, 0.0]),
+                reflectance: [0.99; 3],
+                footprint: Footprint::LightLarger,
+            },
+            config: Config::new(Host::Listens),
+            material: ggx(PLASTIC),
+            lamp: (1.0, 0.0),
+            is_always_lit: false,
+            room: (0.0, 0.0),
+            white_counts: 4_000.0,
+            sensor: Cell::default(),
+            registers: Cell::default(),
+            flash: RefCell::new(Flash::new(32)),
+            line: Line::Unplugged,
+            host: RefCell::default(),
+            command: Cell::default(),
+            readings: RefCell::default(),
+            results: RefCell::default(),
+            failures: RefCell::default(),
+            texts: RefCell::default(),
+            after: RefCell::default(),
+            is_lit: Cell::default(),
+            random: RefCell::new(Random(1)),
+            _clock,
+        };
+        desk.calibrate();
         desk
     }
 
-    /// Saves that the directions of the present settings are right.
-    pub fn save_proven(&self) {
-        let settings = self.machine.unproven().settings_checksum();
-        self.with_store(|store| store.save_proven(settings))
-            .unwrap();
+    /// Saves a calibration with the present exposure, and that the directions of the present settings are right.
+    pub fn calibrate(&self) {
+        let settings = self.machine.arms(false).settings_checksum();
+        let saved = self.with_store(|store| {
+            store.save_white([DARK; 3], [self.white_counts; 3])?;
+            store.save_proven(settings)
+        });
+        saved.unwrap();
     }
 
-    /// Saves a calibration with the present light.
-    pub fn save_white(&self) {
-        let [dark, white] = [&self.light.dark, &self.light.white].map(|counts| [counts.get(); 3]);
-        self.with_store(|store| store.save_white(dark, white))
-            .unwrap();
+    /// Flashes a new firmware, with the arms at their switches.
+    pub fn erase(&self) {
+        self.flash.borrow_mut().bytes.fill(0xFF);
+        self.machine.place([170, -20, 1, 0]);
     }
 
     /// Calls the store while the firmware does not run.
     pub fn with_store<T>(&self, call: impl FnOnce(&mut Store<&mut Flash>) -> T) -> T {
         let mut flash = self.flash.borrow_mut();
-        call(&mut Store::mount(&mut *flash, LAYOUT, &self.parsed()).unwrap())
+        call(&mut Store::mount(&mut *flash, LAYOUT, &self.recipe).unwrap())
     }
 
-    /// Creates a desk with a new firmware, whose flash is erased.
-    pub fn uncalibrated(recipe: &'static [u8]) -> Self {
-        let _clock = take_clock();
-        Self {
-            recipe,
-            machine: Machine::new([900, 3000, 700, 5000]),
-            light: Light::default(),
-            sensor: Cell::default(),
-            flash: RefCell::new(Flash::new(32)),
-            line: Cell::new(Line::Unplugged),
-            host: RefCell::default(),
-            configure: Cell::new(|_| ()),
-            commands: RefCell::default(),
-            patience: Cell::new(2),
-            stalls: Cell::new(None),
-            readings: Cell::new(0),
-            read_at: RefCell::default(),
-            results: RefCell::default(),
-            failures: RefCell::default(),
-            texts: RefCell::default(),
-            registers: Cell::default(),
-            next_break: Cell::new(None),
-            _clock,
-        }
+    /// Runs the firmware until it shows a result or a failure.
+    pub fn scan(&self) {
+        let count = || self.results.borrow().len() + self.failures.borrow().len();
+        let before = count();
+        self.run(|| count() > before);
     }
 
-    fn parsed(&self) -> Recipe<'static> {
-        Recipe::parse(self.recipe).unwrap()
+    /// Registers an action that follows the event with this number among those whose texts begin with `text`.
+    pub fn after(&self, text: &'static str, count: usize, action: impl FnOnce(&Self) + 'static) {
+        self.after.replace(Some((text, count, Box::new(action))));
     }
 
-    /// Returns the true directions of lamp and sensor.
-    pub fn directions(&self) -> Directions<f32> {
-        Arms::from_array(self.machine.angles()).directions()
+    /// Returns the number of events whose texts begin with `text`.
+    pub fn count(&self, text: &str) -> usize {
+        let texts = self.texts.borrow();
+        texts.iter().filter(|shown| shown.starts_with(text)).count()
     }
 
-    /// Runs the firmware until a condition holds: after a restart, as from the start. Fails after half an hour.
-    pub fn run(&self, host: Host, until: impl Fn() -> bool) {
-        self.run_with(host, &mut { self }, until);
+    /// Starts the firmware, and runs it until a condition holds. Panics after half an hour.
+    pub fn run(&self, until: impl Fn() -> bool) {
+        self.run_with(&mut { self }, until);
     }
 
     /// As [`Desk::run`], with another operator.
-    pub fn run_with(&self, host: Host, operator: &mut impl Operator, until: impl Fn() -> bool) {
-        let recipe = self.parsed();
-        let mut memory = vec![0.0; recipe.memory_words()];
+    pub fn run_with(&self, operator: &mut impl Operator, until: impl Fn() -> bool) {
+        let mut memory = vec![0.0; self.recipe.memory_words()];
+        let scan = Scan::<AnyModel>::new(self.recipe, &mut memory).unwrap();
         let mut flash = self.flash.borrow_mut();
-        let mut store = Store::mount(&mut *flash, LAYOUT, &recipe).unwrap();
-        let scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
-        let arms = self.machine.unproven();
-        let mut config = Config::new(host);
+        let store = &mut Store::mount(&mut *flash, LAYOUT, &self.recipe).unwrap();
+        let arms = self.machine.arms(false);
+        let mut config = self.config;
         config.machine = Some(Reach::new(arms.limits()));
         config.sequence_seed = store.count_boot().unwrap();
-        self.configure.get()(&mut config);
-        self.registers.set(Registers::default());
-        let lamp = self.light.pin.pin();
-        let mut machine = glimpse_scanner::Machine::new(arms, lamp, ColorSensor::new(self));
-        let line = (self, self);
-        let mut firmware = pin!(run(
-            scan,
-            config,
-            WHITE,
-            &mut machine,
-            &mut store,
-            operator,
-            line
-        ));
+        let lamp: Output<'_> = Pin(Box::new(|level| self.is_lit.set(level)));
+        let machine = &mut glimpse_scanner::Machine::new(arms, lamp, ColorSensor::new(self));
+        let (operator, line) = (&mut Recorder(operator, self), (self, self));
+        let mut firmware = pin!(run(scan, config, self.tile, machine, store, operator, line));
         let mut context = Context::from_waker(Waker::noop());
         let end = Instant::now() + Duration::from_secs(1800);
         while !until() {
@@ -179,103 +188,71 @@ impl Desk {
         }
     }
 
-    /// Runs the firmware until it shows a result or the operator gives up.
-    pub fn scan(&self) {
-        self.run(Host::Listens, || self.is_over(1));
-    }
-
-    /// Returns true if the firmware has shown this number of results, or the operator has given up.
-    pub fn is_over(&self, results: usize) -> bool {
-        self.results.borrow().len() >= results || self.has_given_up()
-    }
-
-    fn has_given_up(&self) -> bool {
-        !self.failures.borrow().is_empty() && self.patience.get() == 0
-    }
-
-    /// Returns the mean relative difference between two BRDFs at 512 directions, with light at the normal and at 50 degrees:
-    /// those of fits to the saved readings, and to exact readings of the material.
+    /// Returns the mean relative difference between the BRDFs of two fits, at 512 directions, with light at the normal and at
+    /// 50 degrees: that of the saved readings, and that of exact readings of the material.
     pub fn error(&self) -> f32 {
-        let recipe = self.parsed();
-        let material = self.light.material.borrow();
-        let exact = |scan: &mut Scan<'_, AnyModel>| {
-            for (index, at) in recipe.directions() {
-                scan.record(index, Reading::new(material(&at))).unwrap();
-            }
-        };
-        let saved = |scan: &mut Scan<'_, AnyModel>| {
+        let saved = self.fitted(|scan| {
             self.with_store(|store| store.restore(scan)).unwrap();
+        });
+        let exact = self.fitted(|scan| {
+            for (index, at) in self.recipe.directions() {
+                scan.record(index, Reading::new((self.material)(&at))).unwrap();
+            }
+        });
+        let pairs = saved.iter().zip(&exact);
+        pairs.map(|(saved, exact)| (saved / exact - 1.0).abs()).sum::<f32>() / saved.len() as f32
+    }
+
+    /// Returns the BRDF that is fitted to the recorded readings.
+    fn fitted(&self, record: impl FnOnce(&mut Scan<'_, AnyModel>)) -> Vec<f32> {
+        let mut memory = vec![0.0; self.recipe.memory_words()];
+        let mut scan = Scan::<AnyModel>::new(self.recipe, &mut memory).unwrap();
+        record(&mut scan);
+        _ = scan.finish_early(); // after a target loss
+        let mut fit = scan.fit().unwrap();
+        while !fit.advance(u32::MAX).is_complete() {}
+        _ = fit.finish(); // it may be implausible
+        let fitted = scan.fitted().unwrap();
+        let at = |index: u16| {
+            let [t, p] = [index / 2 % 16, index / 32].map(|step| (f32::from(step) + 0.5) / 16.0);
+            let theta_i = if index.is_multiple_of(2) { 0.0 } else { 0.87 };
+            Arms::from_array([theta_i, 0.0, 1.4 * t, TAU * p]).directions()
         };
-        let (exact, saved) = (fitted(recipe, exact), fitted(recipe, saved));
-        let errors = exact
-            .iter()
-            .zip(&saved)
-            .map(|(exact, saved)| (saved / exact - 1.0).abs());
-        errors.sum::<f32>() / exact.len() as f32
+        (0..512).flat_map(|index| fitted.brdf(&at(index)).unwrap()).collect()
     }
 }
 
-/// Returns the fitted BRDF at 512 directions.
-fn fitted(recipe: Recipe<'_>, record: impl FnOnce(&mut Scan<'_, AnyModel>)) -> Vec<f32> {
-    let mut memory = vec![0.0; recipe.memory_words()];
-    let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
-    record(&mut scan);
-    if scan.next_pending().is_some() {
-        scan.finish_early().unwrap();
-    }
-    let mut fit = scan.fit().unwrap();
-    while !fit.advance(u32::MAX).is_complete() {}
-    _ = fit.finish();
-    let fitted = scan.fitted().unwrap();
-    let mut brdf = Vec::new();
-    for theta_i in [0.0_f32, 50.0] {
-        for (t, p) in (0..16_u8).flat_map(|t| (0..16_u8).map(move |p| (t, p))) {
-            let theta = (f32::from(t) + 0.5) / 16.0 * 80.0_f32.to_radians();
-            let phi = (f32::from(p) + 0.5) / 16.0 * TAU;
-            let arms = Arms::from_array([theta_i.to_radians(), 0.0, theta, phi]);
-            brdf.extend(fitted.brdf(&arms.directions()).unwrap());
-        }
-    }
-    brdf
-}
-
+/// An operator who gives the next command at once, and otherwise resumes every 10 ms.
 impl Operator for &Desk {
     async fn command(&mut self) -> Command {
-        loop {
-            let next = self.commands.borrow().front().copied();
-            if let Some((readings, command)) = next
-                && readings <= self.readings.get()
-            {
-                self.commands.borrow_mut().pop_front();
-                return command;
-            }
+        if self.command.get().is_none() {
             Timer::after_millis(10).await;
         }
+        self.command.take().unwrap_or(Command::Resume)
+    }
+
+    fn show(&mut self, _event: &mut Event<'_>) {}
+}
+
+/// An operator, and a desk that records the events.
+struct Recorder<'a, O>(&'a mut O, &'a Desk);
+
+impl<O: Operator> Operator for Recorder<'_, O> {
+    async fn command(&mut self) -> Command {
+        self.0.command().await
     }
 
     fn show(&mut self, event: &mut Event<'_>) {
-        self.texts.borrow_mut().push(event.to_string());
-        let mut commands = self.commands.borrow_mut();
-        let mut go_on = || match self.patience.get().checked_sub(1) {
-            Some(left) => {
-                self.patience.set(left);
-                commands.push_back((0, Command::Resume));
-            }
-            None => {}
-        };
+        let desk = self.1;
+        desk.texts.borrow_mut().push(event.to_string());
         match event {
-            Event::Waiting | Event::Saved => commands.push_back((0, Command::Resume)),
-            Event::Question => go_on(),
-            Event::Finished(residual, values) => {
-                self.results
-                    .borrow_mut()
-                    .push((*residual, values.collect()));
-            }
-            Event::Failed(error) => {
-                self.failures.borrow_mut().push(*error);
-                go_on();
-            }
+            Event::Finished(residual, _) => desk.results.borrow_mut().push(*residual),
+            Event::Failed(error) => desk.failures.borrow_mut().push(*error),
             _ => {}
         }
+        self.0.show(event);
+        let is_due = |after: &mut (&str, usize, Action)| desk.count(after.0) == after.1;
+        let due = desk.after.borrow_mut().take_if(is_due);
+        due.into_iter().for_each(|(.., action)| action(desk));
     }
 }

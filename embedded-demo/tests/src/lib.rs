@@ -1,23 +1,47 @@
 //! A simulated scanner on a desk: arms, light, sensor, flash, line, host and operator, with faults, in virtual time. A
-//! [`Desk`] runs the main loop of `glimpse-scanner`, for the tests of this package and of your firmware.
+//! [`Desk`] runs the main loop of `glimpse-scanner` with the recipe, axes, white tile and options of your firmware:
+//!
+//! ```
+//! use glimpse_core::error::ErrorCode;
+//! use glimpse_desk::{Desk, METAL, SensorFault, ggx};
+//! use glimpse_scanner::Command;
+//!
+//! static RECIPE: &[u8] = include_bytes!("../../../trainer/recipes/completed/neural-n8.recipe");
+//! let mut desk = Desk::new(RECIPE);
+//! desk.material = ggx(METAL);
+//! desk.scan();
+//! assert!(desk.results.borrow()[0].implausible.is_none() && desk.error() < 0.1);
+//!
+//! desk.sensor.set(Some(SensorFault::Absent));
+//! desk.command.set(Some(Command::Restart));
+//! desk.run(|| !desk.failures.borrow().is_empty());
+//! assert_eq!(desk.failures.borrow()[0].code, ErrorCode::Sensor);
+//! ```
 
 mod arms;
 #[path = "../../template/src/axes.rs"]
 pub mod axes;
+mod buses;
 mod desk;
 #[path = "../../../core/examples/common/flash.rs"]
 mod flash;
 mod line;
-pub mod optics;
+mod optics;
+mod pin;
+#[allow(dead_code)] // core's tests use all of it
+#[path = "../../../core/tests/suite/random.rs"]
+mod random;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use embassy_time::MockDriver;
 
-pub use arms::{Arm, Arms, Machine, Pin, Wiring, go_to, home, separation, settle};
-pub use desk::{Desk, LAYOUT, WHITE};
+pub use arms::{Arm, Arms, Machine, Wiring, directions};
+pub use desk::Desk;
 pub use flash::{Effect, Flash, SECTOR_BYTES};
 pub use line::{Computer, Line};
+pub use optics::{BLACK, Brdf, Ggx, METAL, PLASTIC, SensorFault, ggx, tile};
+pub use pin::{Input, Output, Pin};
 
 /// Sets the clock to 0. All tests of a program share it, so only one has it at a time.
 pub fn take_clock() -> MutexGuard<'static, ()> {
@@ -25,22 +49,4 @@ pub fn take_clock() -> MutexGuard<'static, ()> {
     let clock = CLOCK.lock().unwrap_or_else(PoisonError::into_inner);
     MockDriver::get().reset();
     clock
-}
-
-/// A generator of random numbers.
-#[derive(Clone, Copy, Debug)]
-pub struct Random(pub u64);
-
-impl Random {
-    /// Returns an integer from 0 to `n` - 1.
-    pub fn below(&mut self, n: u32) -> u32 {
-        let product = self.0.wrapping_mul(6_364_136_223_846_793_005);
-        self.0 = product.wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 32) as u32 % n
-    }
-
-    /// Returns a number from 0 to 1.
-    pub fn unit(&mut self) -> f32 {
-        self.below(1 << 24) as f32 / (1 << 24) as f32
-    }
 }
