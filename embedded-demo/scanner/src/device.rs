@@ -1,12 +1,12 @@
 //! The parts of a scanner together: each call shows what it does, keeps positions in the store, and stops on command.
 
 use core::fmt::Write as _;
-use core::future::{Future, pending};
+use core::future::Future;
 use core::pin::pin;
 
 use embassy_futures::select::{Either, Either3, select, select3};
 use embassy_futures::yield_now;
-use embassy_time::{Duration, Instant, Timer, with_timeout};
+use embassy_time::{Duration, Instant, Timer, with_deadline, with_timeout};
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_io_async::{Read, Write};
 use embedded_storage::nor_flash::NorFlash;
@@ -152,23 +152,18 @@ where
 
     /// Sends what the line takes. The driver repeats requests that are lost.
     pub(crate) async fn send(&mut self, mut bytes: &[u8]) {
+        let mut due = self.send_deadline();
         while !bytes.is_empty() {
             let part = bytes.get(..MAX_WRITE).unwrap_or(bytes);
-            let timeout = if self.is_read {
-                SEND_TIMEOUT
-            } else {
-                RETRY_TIMEOUT
-            };
-            let write = with_timeout(timeout, self.sender.write(part));
-            let listen = async {
-                match self.command {
-                    Some(_) => pending().await,
-                    None => self.operator.command().await,
-                }
-            };
-            let count = match select(listen, write).await {
+            let write = with_deadline(due, self.sender.write(part));
+            let count = match select(self.operator.command(), write).await {
                 Either::First(command) => {
-                    self.command = Some(command);
+                    let is_urgent = command == Command::Stop || self.command.is_none();
+                    self.command = if is_urgent {
+                        Some(command)
+                    } else {
+                        self.command
+                    };
                     continue;
                 }
                 Either::Second(Ok(Ok(count))) if count > 0 => count,
@@ -178,8 +173,18 @@ where
                 }
             };
             self.is_read = true;
+            due = self.send_deadline();
             bytes = bytes.get(count..).unwrap_or_default();
         }
+    }
+
+    fn send_deadline(&self) -> Instant {
+        Instant::now()
+            + if self.is_read {
+                SEND_TIMEOUT
+            } else {
+                RETRY_TIMEOUT
+            }
     }
 
     /// Waits for a command, for bytes, which `receive` takes, or for a time in ms. The command comes first: a line may
@@ -230,6 +235,7 @@ where
             self.ask(Event::Question).await?;
         }
         self.show(Event::Homing).await;
+        self.check_stop()?;
         self.save_angles(None)?;
         self.readings = 0;
         let homed = unless_stopped(self.machine.home(), self.operator).await;
@@ -247,6 +253,7 @@ where
     /// # Errors
     /// Of the arms, the sensor or the flash, or [`ErrorCode::Stopped`].
     pub(crate) async fn read(&mut self, arms: Arms, is_lit: bool) -> Result<Counts, Error> {
+        self.check_stop()?;
         if self.at != Some(arms) {
             self.save_angles(None)?;
             let moved = unless_stopped(self.machine.move_to(arms), self.operator).await;
@@ -255,6 +262,14 @@ where
         }
         self.readings = self.readings.saturating_add(1);
         unless_stopped(self.machine.counts(is_lit), self.operator).await
+    }
+
+    /// Obeys a stop that came while bytes were sent.
+    fn check_stop(&mut self) -> Result<(), Error> {
+        match self.command.take_if(|command| *command == Command::Stop) {
+            Some(_) => Err(Error::new(ErrorCode::Stopped)),
+            None => Ok(()),
+        }
     }
 
     /// Keeps the position of the arms, which are at rest or stopped.

@@ -196,11 +196,15 @@ impl Desk {
         });
         let exact = self.fitted(|scan| {
             for (index, at) in self.recipe.directions() {
-                scan.record(index, Reading::new((self.material)(&at))).unwrap();
+                scan.record(index, Reading::new((self.material)(&at)))
+                    .unwrap();
             }
         });
         let pairs = saved.iter().zip(&exact);
-        pairs.map(|(saved, exact)| (saved / exact - 1.0).abs()).sum::<f32>() / saved.len() as f32
+        pairs
+            .map(|(saved, exact)| (saved / exact - 1.0).abs())
+            .sum::<f32>()
+            / saved.len() as f32
     }
 
     /// Returns the BRDF that is fitted to the recorded readings.
@@ -218,7 +222,9 @@ impl Desk {
             let theta_i = if index.is_multiple_of(2) { 0.0 } else { 0.87 };
             Arms::from_array([theta_i, 0.0, 1.4 * t, TAU * p]).directions()
         };
-        (0..512).flat_map(|index| fitted.brdf(&at(index)).unwrap()).collect()
+        (0..512)
+            .flat_map(|index| fitted.brdf(&at(index)).unwrap())
+            .collect()
     }
 }
 

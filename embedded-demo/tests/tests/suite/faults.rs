@@ -10,7 +10,7 @@ use crate::N8;
 
 #[derive(Debug, PartialEq)]
 enum Outcome {
-    /// A result without a warning, whose readings are off by less than 10 %.
+    /// A result without a warning, whose BRDF is off by less than 10 %.
     Right,
     /// A result with this warning.
     Warns(Code),
@@ -30,15 +30,15 @@ fn fault(name: &str, prepare: impl FnOnce(&mut Desk)) -> Found {
     prepare(&mut desk);
     desk.scan();
     let (outcome, text) = match desk.failures.borrow().first() {
-        Some(error) => (Fails(error.code), format!("fails: {error}")),
+        Some(error) => (Fails(error.code), format!("fails: `{:?}`", error.code)),
         None => {
             let error = desk.error();
-            let (outcome, text) = match desk.results.borrow()[0].implausible {
-                Some(code) => (Warns(code), format!("warns: {}", code.text())),
-                None if error < 0.1 => (Right, "right".into()),
-                None => (Unnoticed, "**not noticed**".into()),
-            };
-            (outcome, format!("{text} (off by {:.0} %)", 100.0 * error))
+            let off = format!("off by {:.0} %", 100.0 * error);
+            match desk.results.borrow()[0].implausible {
+                Some(code) => (Warns(code), format!("warns: `{code:?}`, {off}")),
+                None if error < 0.1 => (Right, format!("right, {off}")),
+                None => (Unnoticed, format!("**not noticed**, {off}")),
+            }
         }
     };
     let row = format!("| {name} | {text} |");
@@ -128,6 +128,15 @@ fn every_fault_is_right_stated_or_named() {
         fault("room light: 800 counts, black lacquer", room(800.0, 0.0)).must_be(Right),
         fault("room light: 4,000 counts", room(4e3, 0.0)).must_be(Fails(Code::LampStuck)),
         fault("room light: gains 5 counts a second", room(0.0, 5.0)).must_be(Warns(Code::Drift)),
+        fault(
+            "lamp without a switch: off, 30 counts of room light",
+            |desk| {
+                desk.config.limits.dark = 0.0;
+                desk.lamp.0 = 0.0;
+                desk.room.0 = 30.0;
+            },
+        )
+        .must_be(Unnoticed),
         fault("theta_i loses 64 steps after reading 3", lost(0, 64))
             .must_be(Fails(Code::LostSteps)),
         fault("phi_o loses 64 steps after reading 3", lost(3, 64)).must_be(Fails(Code::LostSteps)),

@@ -1,13 +1,14 @@
 //! Scans over stops, restarts, calibrations, and the order of readings.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
+use std::future::pending;
 
 use embassy_time::Instant;
 use glimpse_core::error::ErrorCode as Code;
 use glimpse_core::geometry::Arms;
 use glimpse_core::scan::EvidenceLimits;
-use glimpse_desk::{Desk, Line, PLASTIC, SECTOR_BYTES, SensorFault, ggx, tile};
-use glimpse_scanner::Command;
+use glimpse_desk::{Desk, Effect, Line, PLASTIC, SECTOR_BYTES, SensorFault, ggx, tile};
+use glimpse_scanner::{Command, Event, Operator};
 
 use crate::random::Random;
 use crate::{N8, N16};
@@ -208,4 +209,47 @@ fn flash_wears_slowly() {
     let hours = Instant::now().as_millis() as f32 / 3.6e6;
     println!("{} items a scan", changes.len() / 4);
     assert!(erases as f32 / hours < 60.0);
+}
+
+/// Nothing moves after a failure, and a flash that fails in a scan ends it.
+#[test]
+fn nothing_moves_after_a_failure() {
+    let desk = Desk::new(N8);
+    desk.after("reading", 3, |desk| {
+        desk.command.set(Some(Command::Stop));
+    });
+    let operator = &mut Patient(&desk);
+    let stopped = Cell::new(None);
+    desk.run_with(operator, || {
+        if desk.count("failed") == 1 && stopped.get().is_none() {
+            stopped.set(Some((Instant::now(), desk.machine.positions())));
+        }
+        stopped
+            .get()
+            .is_some_and(|(at, _)| at.elapsed().as_secs() > 60)
+    });
+    assert_eq!(stopped.get().unwrap().1, desk.machine.positions());
+    assert_eq!(desk.failures.borrow()[0].code, Code::Stopped);
+    drop(desk);
+
+    let desk = Desk::new(N8);
+    desk.flash.borrow_mut().cut = Some((25, Effect::Bits(1)));
+    desk.flash.borrow_mut().changes.clear();
+    desk.scan();
+    assert_eq!(desk.failures.borrow()[0].code, Code::Storage);
+}
+
+/// An operator who presses before the first failure only.
+struct Patient<'a>(&'a Desk);
+
+impl Operator for Patient<'_> {
+    async fn command(&mut self) -> Command {
+        let mut desk = self.0;
+        match desk.count("failed") {
+            0 => desk.command().await,
+            _ => pending().await,
+        }
+    }
+
+    fn show(&mut self, _event: &mut Event<'_>) {}
 }
