@@ -16,7 +16,7 @@ use glimpse_core::store::Store;
 use heapless::String;
 
 use crate::goniometer::StepCheck;
-use crate::machine::Machine;
+use crate::instrument::Instrument;
 use crate::operator::{Command, Event, Operator};
 use crate::optics::{Counts, Sensor};
 
@@ -55,7 +55,7 @@ fn text(event: &mut Event<'_>, operator: &mut impl Operator) -> String<TEXT_BYTE
 
 /// Machine, flash, operator and line.
 pub(crate) struct Device<'s, S, D, H, R, F, O, I, T> {
-    pub(crate) machine: &'s mut Machine<S, D, H, R>,
+    pub(crate) machine: &'s mut Instrument<S, D, H, R>,
     pub(crate) store: &'s mut Store<F>,
     operator: &'s mut O,
     receiver: I,
@@ -86,7 +86,7 @@ where
 {
     /// Combines the parts. Positions and proofs from before a restart count.
     pub(crate) fn new(
-        machine: &'s mut Machine<S, D, H, R>,
+        machine: &'s mut Instrument<S, D, H, R>,
         store: &'s mut Store<F>,
         operator: &'s mut O,
         (receiver, sender): (I, T),

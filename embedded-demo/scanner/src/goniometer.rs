@@ -51,7 +51,7 @@ impl StepCheck {
 
 /// State of a goniometer after a poll.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Progress {
+pub enum Motion {
     /// An axis is moving.
     Moving,
     /// All axes are at rest.
@@ -197,45 +197,45 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Goniometer<S, D, H> {
     ///
     /// # Errors
     /// The error of an axis, whose position is unknown then. All axes are stopped and must be homed again.
-    pub fn poll(&mut self, elapsed_us: u32) -> Result<Progress, Error> {
+    pub fn poll(&mut self, elapsed_us: u32) -> Result<Motion, Error> {
         self.advance(elapsed_us).inspect_err(|_| self.stop())
     }
 
-    fn advance(&mut self, elapsed_us: u32) -> Result<Progress, Error> {
+    fn advance(&mut self, elapsed_us: u32) -> Result<Motion, Error> {
         let mut is_moving = false;
         for (number, axis) in (0..).zip(&mut self.axes) {
             is_moving |= axis.poll(elapsed_us).map_err(of_axis(number))?;
         }
         if is_moving {
-            return Ok(Progress::Moving);
+            return Ok(Motion::Moving);
         }
         if let Some(waypoint) = self.route.as_mut().and_then(Iterator::next) {
             for ((number, axis), angle) in (0..).zip(&mut self.axes).zip(waypoint) {
                 axis.go_to(angle).map_err(of_axis(number))?;
             }
-            return Ok(Progress::Moving);
+            return Ok(Motion::Moving);
         }
-        let arrived = self.route.take().map(|_| Progress::Arrived);
+        let arrived = self.route.take().map(|_| Motion::Arrived);
         let Some(homing) = &mut self.homing else {
-            return Ok(arrived.unwrap_or(Progress::Resting));
+            return Ok(arrived.unwrap_or(Motion::Resting));
         };
         if let Some(axis) = homing.next().and_then(|number| self.axes.get_mut(number)) {
             axis.begin(Task::Release);
-            return Ok(Progress::Moving);
+            return Ok(Motion::Moving);
         }
         let mut order = FAR_ORDER.into_iter();
         let needs_far = |number: &usize| self.axes.get(*number).is_some_and(Axis::needs_far);
         if let Some(number) = order.find(needs_far) {
             self.approach_far(number)?;
-            return Ok(Progress::Moving);
+            return Ok(Motion::Moving);
         }
         self.homing = None;
         if self.far.take().is_some() {
             self.home()?;
-            return Ok(Progress::Moving);
+            return Ok(Motion::Moving);
         }
         self.is_homed = true;
-        Ok(Progress::Homed(self.check_steps()))
+        Ok(Motion::Homed(self.check_steps()))
     }
 
     /// Sends an axis to the end of its travel, and then to its far switch.

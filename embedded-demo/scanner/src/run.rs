@@ -14,7 +14,7 @@ use glimpse_core::scan::Scan;
 use glimpse_core::store::Store;
 
 use crate::device::Device;
-use crate::machine::Machine;
+use crate::instrument::Instrument;
 use crate::operator::{Command, Event, Operator};
 use crate::optics::{Optics, Sensor, White};
 
@@ -30,12 +30,12 @@ pub async fn run<K: ScanModel, S: OutputPin, D: OutputPin, H: InputPin, R: Senso
     mut scan: Scan<'_, K>,
     mut config: Config,
     white: White,
-    machine: &mut Machine<S, D, H, R>,
+    instrument: &mut Instrument<S, D, H, R>,
     store: &mut Store<impl NorFlash>,
     operator: &mut impl Operator,
     line: (impl Read, impl Write),
 ) -> ! {
-    let mut device = Device::new(machine, store, operator, line);
+    let mut device = Device::new(instrument, store, operator, line);
     let mut command = None;
     loop {
         let next = match command.take() {

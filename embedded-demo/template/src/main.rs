@@ -20,14 +20,14 @@ use embedded_storage::nor_flash::NorFlash;
 use glimpse_core::driver::{Config, Host};
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::Arms;
-use glimpse_core::gonio::{Footprint, Machine as Reach};
+use glimpse_core::gonio::{Footprint, Machine};
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::{Recipe, memory_words};
 use glimpse_core::scan::Scan;
 use glimpse_core::store::{Layout, Store};
 use glimpse_scanner::axis::Axis;
 use glimpse_scanner::goniometer::Goniometer;
-use glimpse_scanner::{ColorSensor, Machine, Operator, Panel, White, report, run};
+use glimpse_scanner::{ColorSensor, Instrument, Operator, Panel, White, report, run};
 use static_cell::StaticCell;
 
 /// The recipe of build.rs.
@@ -114,11 +114,11 @@ where
     });
     let arms = Goniometer::new(axes, MIN_SEPARATION)?;
     let mut config = Config::new(Host::Listens);
-    config.machine = Some(Reach::new(arms.limits()));
+    config.machine = Some(Machine::new(arms.limits()));
     config.sequence_seed = store.count_boot()?;
     configure(&mut config);
-    let mut machine = Machine::new(arms, lamp, ColorSensor::new(sensor));
-    run(scan, config, WHITE, &mut machine, &mut store, panel, line).await
+    let mut instrument = Instrument::new(arms, lamp, ColorSensor::new(sensor));
+    run(scan, config, WHITE, &mut instrument, &mut store, panel, line).await
 }
 
 /// Restarts the firmware, which then waits for the button.

@@ -176,9 +176,11 @@ impl Desk {
         config.machine = Some(Reach::new(arms.limits()));
         config.sequence_seed = store.count_boot().unwrap();
         let lamp: Output<'_> = Pin(Box::new(|level| self.is_lit.set(level)));
-        let machine = &mut glimpse_scanner::Machine::new(arms, lamp, ColorSensor::new(self));
+        let instrument = &mut glimpse_scanner::Instrument::new(arms, lamp, ColorSensor::new(self));
         let (operator, line) = (&mut Recorder(operator, self), (self, self));
-        let mut firmware = pin!(run(scan, config, self.tile, machine, store, operator, line));
+        let mut firmware = pin!(run(
+            scan, config, self.tile, instrument, store, operator, line
+        ));
         let mut context = Context::from_waker(Waker::noop());
         let end = Instant::now() + Duration::from_secs(1800);
         while !until() {

@@ -8,7 +8,7 @@ use glimpse_desk::Wiring::*;
 use glimpse_desk::axes::AXES;
 use glimpse_desk::{Arms, Machine, directions};
 use glimpse_scanner::axis::Settings;
-use glimpse_scanner::goniometer::Progress::{self, Arrived, Homed};
+use glimpse_scanner::goniometer::Motion::{self, Arrived, Homed};
 use glimpse_scanner::goniometer::StepCheck::{Lost, Passed, Unknown};
 use glimpse_scanner::route::{AxisAngles, Space};
 
@@ -19,17 +19,17 @@ const TARGET: AxisAngles = [1.0, 0.0, 0.5, 0.0];
 const NOT_HOMED: Error = Error::new(Code::NotHomed);
 
 /// Polls every `round` us until the arms rest, and returns their last progress. Calls `watch` after each poll.
-fn settle(arms: &mut Arms, round: u32, mut watch: impl FnMut()) -> Result<Progress, Error> {
+fn settle(arms: &mut Arms, round: u32, mut watch: impl FnMut()) -> Result<Motion, Error> {
     loop {
         let progress = arms.poll(round)?;
         watch();
-        if progress != Progress::Moving {
+        if progress != Motion::Moving {
             return Ok(progress);
         }
     }
 }
 
-fn home(arms: &mut Arms) -> Result<Progress, Error> {
+fn home(arms: &mut Arms) -> Result<Motion, Error> {
     arms.home()?;
     settle(arms, 40, || ())
 }

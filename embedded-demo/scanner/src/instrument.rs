@@ -1,20 +1,20 @@
-//! Arms, lamp and sensor.
+//! The instrument: arms, lamp and sensor.
 
 use embassy_time::{Instant, Timer};
 use embedded_hal::digital::{InputPin, OutputPin};
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::Arms;
 
-use crate::goniometer::{Goniometer, Progress, StepCheck};
+use crate::goniometer::{Goniometer, Motion, StepCheck};
 use crate::optics::{Counts, Sensor};
 
 /// Time between polls of the axes, in µs. A late poll makes an axis slower, but loses no steps.
 const POLL_US: u64 = 20;
 
-/// A machine with four stepper axes, a lamp and a sensor. After an error, and when a future is dropped before its end, call
-/// [`Machine::stop`]: nothing moves until [`Machine::home`].
+/// An instrument with four stepper axes, a lamp and a sensor. After an error, and when a future is dropped before its end, call
+/// [`Instrument::stop`]: nothing moves until [`Instrument::home`].
 #[derive(Debug)]
-pub struct Machine<S, D, H, R> {
+pub struct Instrument<S, D, H, R> {
     pub(crate) arms: Goniometer<S, D, H>,
     /// The lamp is on while it is high.
     lamp: S,
@@ -22,7 +22,7 @@ pub struct Machine<S, D, H, R> {
     polled: Instant,
 }
 
-impl<S: OutputPin, D: OutputPin, H: InputPin, R: Sensor> Machine<S, D, H, R> {
+impl<S: OutputPin, D: OutputPin, H: InputPin, R: Sensor> Instrument<S, D, H, R> {
     /// Combines arms, a pin that switches the lamp on while it is high, and a sensor.
     pub fn new(arms: Goniometer<S, D, H>, lamp: S, sensor: R) -> Self {
         Self {
@@ -92,9 +92,9 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, R: Sensor> Machine<S, D, H, R> {
             self.polled = now;
             let elapsed_us = u32::try_from(elapsed).unwrap_or(u32::MAX);
             match self.arms.poll(elapsed_us)? {
-                Progress::Moving => {}
-                Progress::Homed(check) => return Ok(Some(check)),
-                Progress::Arrived | Progress::Resting => return Ok(None),
+                Motion::Moving => {}
+                Motion::Homed(check) => return Ok(Some(check)),
+                Motion::Arrived | Motion::Resting => return Ok(None),
             }
         }
     }
