@@ -3,6 +3,5 @@
 mod bench;
 mod defects;
 mod histories;
-mod scan_times;
 mod scans;
 mod table;

@@ -196,25 +196,3 @@ fn scan_continues_after_resets_without_repeating_readings() {
         assert_eq!(reading.reading.brdf, material.at_angles(reading.angles));
     }
 }
-
-/// After the reset, a new host refuses the saved readings, because the material may be another one.
-#[test]
-fn changed_material_is_measured_completely() {
-    let mut emulator = Emulator::boot();
-    let material = unseen_material(0);
-    let measures_5 = |request: &Request| measures(request, 5);
-    serve(&emulator, &mut noiseless_scanner(&material), measures_5);
-    emulator.reset();
-
-    let changed = unseen_material(1);
-    let mut scanner = noiseless_scanner(&changed);
-    // The host may also refuse a request that was sent before the reset. The device ignores that reply.
-    let (requests, report) = serve(&emulator, &mut scanner, |_| false);
-    assert_eq!(indices(&requests), (vec![0], (0..8).collect()));
-    emulator.wait_until(|log| log.iter().any(|line| line.contains("readings are deleted")));
-    let report = report.unwrap();
-    assert_matches_host(&report, RECIPE);
-    for reading in &report.readings {
-        assert_eq!(reading.reading.brdf, changed.at_angles(reading.angles));
-    }
-}

@@ -57,7 +57,6 @@ fn situations() -> Vec<Facts> {
 #[test]
 fn only_commands_end_a_failure() {
     let is_failed = |state| matches!(state, State::Halted | State::Report { goes_on: false, .. });
-    let mut count = 0;
     for state in states() {
         for event in EVENTS {
             for facts in situations() {
@@ -85,9 +84,7 @@ fn only_commands_end_a_failure() {
                     Effect::Clear => assert!(matches!(state, State::Offer { .. })),
                     _ => {}
                 }
-                count += 1;
             }
         }
     }
-    assert_eq!(count, 9 * 10 * 18);
 }
