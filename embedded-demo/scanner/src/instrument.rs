@@ -11,8 +11,7 @@ use crate::optics::{Counts, Sensor};
 /// Time between polls of the axes, in µs. A late poll makes an axis slower, but loses no steps.
 const POLL_US: u64 = 20;
 
-/// An instrument with four stepper axes, a lamp and a sensor. After an error, and when a future is dropped before its end, call
-/// [`Instrument::stop`]: nothing moves until [`Instrument::home`].
+/// An instrument with four stepper axes, a lamp and a sensor, which [`run`](crate::run) moves.
 #[derive(Debug)]
 pub struct Instrument<S, D, H, R> {
     pub(crate) arms: Goniometer<S, D, H>,
