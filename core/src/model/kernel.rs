@@ -292,5 +292,11 @@ pub trait Model: Sync {
 /// The sigmoid of each channel's logit.
 #[inline(always)]
 pub(super) fn sigmoids<S: Scalar>(logits: &[S::Parameter; 3]) -> [S; 3] {
-    logits.map(|logit| S::broadcast(logit).sigmoid())
+    // Not by `map`, whose closure would be compiled without the kernels' instruction sets.
+    let [red, green, blue] = *logits;
+    [
+        S::broadcast(red).sigmoid(),
+        S::broadcast(green).sigmoid(),
+        S::broadcast(blue).sigmoid(),
+    ]
 }
