@@ -50,8 +50,9 @@ def command_errors(trainer, command):
         return [] if result.returncode == 0 else [f"{command}: {result.stderr}"]
     option = lambda name: rest[rest.index(name) + 1] if name in rest else None
     kind = "example" if "--example" in rest else "test"
-    metadata = subprocess.run(["cargo", "metadata", "--no-deps", "--offline", "--format-version=1"], cwd=ROOT,
-                              check=True, capture_output=True, text=True)
+    manifest = option("--manifest-path") or "Cargo.toml"
+    metadata = subprocess.run(["cargo", "metadata", "--no-deps", "--offline", "--format-version=1", "--manifest-path",
+                               manifest], cwd=ROOT, check=True, capture_output=True, text=True)
     for package in json.loads(metadata.stdout)["packages"]:
         names = [target["name"] for target in package["targets"] if target["kind"] == [kind]]
         has_features = option("--features") in (None, *package["features"])
