@@ -91,8 +91,9 @@
 //!         }
 //!     }
 //! }
-//! # let mut board = Board { now_ms: 0, arms: Arms::NORMAL, flash: Flash::new(2) };
-//! # firmware(&mut board).unwrap();
+//! # fn main() { // so that items can be included
+//! #     firmware(&mut Board { now_ms: 0, arms: Arms::NORMAL, flash: Flash::new(2) }).unwrap();
+//! # }
 //! ```
 //!
 //! # Guarantees
