@@ -10,11 +10,11 @@ use std::ops::ControlFlow;
 
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::Recipe;
+use glimpse_evaluation::evaluation::{Evaluator, Method};
+use glimpse_fitting::bundled;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{Source, Sources};
-use glimpse_trainer::bundled;
-use glimpse_trainer::evaluation::{Evaluator, Method};
 use glimpse_training::meta::options::{CompletionOptions, Options};
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::run::train;

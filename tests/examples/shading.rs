@@ -8,10 +8,10 @@
 use std::fmt::Write;
 
 use glimpse_core::geometry::{Directions, HalfDifference};
+use glimpse_evaluation::conversion::OutputFormat;
+use glimpse_evaluation::metrics::Metrics;
+use glimpse_evaluation::shading::{Shading, fit};
 use glimpse_materials::{Brdf, Source};
-use glimpse_trainer::conversion::OutputFormat;
-use glimpse_trainer::metrics::Metrics;
-use glimpse_trainer::shading::{Shading, fit};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

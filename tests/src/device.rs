@@ -10,7 +10,7 @@ use glimpse_core::gonio::Reading;
 use glimpse_core::link::{DeviceEnd, FRAME_BYTES, Purpose, Reply, Request};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Residual, Scan};
-use glimpse_trainer::scanner::{ScanReading, ScanReport};
+use glimpse_fitting::scanner::{ScanReading, ScanReport};
 
 /// Fits readings with a recipe, as the firmware does. Returns the values and the residual.
 ///

@@ -1,7 +1,7 @@
 //! Materials for virtual scanners.
 
+use glimpse_fitting::scanner::{ScannerNoise, VirtualScanner};
 use glimpse_materials::{Material, Procedural};
-use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
 
 /// Returns a material that no recipe is trained on.
 #[must_use]

@@ -9,7 +9,7 @@ pub mod host;
 pub mod microcontroller;
 pub mod noisy_line;
 
-use glimpse_trainer::bundled;
+use glimpse_fitting::bundled;
 
 /// The firmware's built-in recipe.
 pub const RECIPE: &[u8] = include_bytes!("../../trainer/recipes/paper/neural-n8.recipe");

@@ -7,13 +7,13 @@ use std::time::Instant;
 
 use glimpse_core::error::ErrorCode;
 use glimpse_core::link::{FrameReader, Purpose, Request};
+use glimpse_fitting::scanner::{ScanReport, ScannerError, VirtualScanner};
 use glimpse_materials::Brdf;
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::assert_matches_host;
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{noiseless_scanner, unseen_material};
 use glimpse_tests::noisy_line::NoisyLine;
-use glimpse_trainer::scanner::{ScanReport, ScannerError, VirtualScanner};
 
 /// One byte in 100 is corrupted.
 #[test]

@@ -1,13 +1,13 @@
 //! The firmware with a scanner without faults. `faults` tests the faults.
 
 use glimpse_core::recipe::Recipe;
+use glimpse_evaluation::evaluation::{Evaluator, Method};
+use glimpse_fitting::scanner::{ScannerNoise, VirtualScanner};
 use glimpse_materials::Material;
 use glimpse_tests::device::assert_matches_host;
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{noiseless_scanner, unseen_material};
 use glimpse_tests::{RECIPE, recipes};
-use glimpse_trainer::evaluation::{Evaluator, Method};
-use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
 
 #[test]
 fn scan_loss_matches_evaluate() {

@@ -6,12 +6,12 @@ use glimpse_core::fit::{AnyModel, Channels, ScanModel};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::recipe::Recipe;
+use glimpse_evaluation::evaluation::scan;
 use glimpse_kernels::scan::scan_with_missing;
 use glimpse_tests::budgets::Budgets;
 use glimpse_tests::device::bits;
 use glimpse_tests::figures::{Extent, FIT_BINARIES, FitBinary, demo_figures, figures};
 use glimpse_tests::microcontroller::{BOARD, Binary, MathLibrary, TARGETS, Target};
-use glimpse_trainer::evaluation::scan;
 
 /// Returns the bits of a target's fit: parameters or coefficients.
 fn fit_on(target: Target, name: &str) -> Vec<u32> {

@@ -12,13 +12,13 @@ use glimpse_core::link::{PROTOCOL, Purpose, Reply, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Evidence;
+use glimpse_fitting::scanner::{ScanReport, ScannerError, ScannerNoise, VirtualScanner, angles_of};
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Brdf, FittedMaterial, Material, Procedural};
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::{Device, OWN_READING, assert_matches_host};
 use glimpse_tests::host::{noiseless_scanner, unseen_material};
 use glimpse_tests::noisy_line::NoisyLine;
-use glimpse_trainer::scanner::{ScanReport, ScannerError, ScannerNoise, VirtualScanner, angles_of};
 
 const REPLY_TIMEOUT: Duration = Duration::from_millis(30);
 

@@ -6,15 +6,15 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 
 /// The compact basis of all bundled recipes of the model Linear.
-pub static BASIS: &[u8] = include_bytes!("../recipes/linear.basis24");
+pub static BASIS: &[u8] = include_bytes!("../../recipes/linear.basis24");
 /// The compact basis of all bundled recipes without a pattern.
-pub static ANY_BASIS: &[u8] = include_bytes!("../recipes/any/linear-any.basis");
+pub static ANY_BASIS: &[u8] = include_bytes!("../../recipes/any/linear-any.basis");
 /// The accuracy of the bundled recipes, one per line: the name, the mean losses on unseen procedural materials and on
 /// networks of 80 MERL materials, the mean color error on the latter, and the cross-validated loss on RGL's materials.
-const LOSSES: &str = include_str!("../recipes/losses.csv");
+const LOSSES: &str = include_str!("../../recipes/losses.csv");
 /// The cycles of a fit on a Cortex-M4F for some of the bundled recipes, one per line: the name and the number. They are
 /// those of `core/docs/costs.md`.
-const CYCLES: &str = include_str!("../recipes/cycles.csv");
+const CYCLES: &str = include_str!("../../recipes/cycles.csv");
 
 /// A bundled, pre-trained recipe.
 #[derive(Clone, Copy, Debug)]
@@ -57,7 +57,7 @@ macro_rules! recipes_of {
     ($model:literal: $($name:literal in $folder:literal $file:literal),+ $(,)?) => {
         [$(BundledRecipe {
             name: concat!($model, $name),
-            bytes: include_bytes!(concat!("../recipes/", $folder, $model, $file, ".recipe")),
+            bytes: include_bytes!(concat!("../../recipes/", $folder, $model, $file, ".recipe")),
         }),+]
     };
 }
@@ -75,7 +75,7 @@ pub static ALL: &[BundledRecipe] = BY_MODEL.as_flattened();
 /// A recipe that was trained with the paper's schedule, for comparison.
 pub static PAPER: BundledRecipe = BundledRecipe {
     name: "neural-n8-paper",
-    bytes: include_bytes!("../recipes/paper/neural-n8.recipe"),
+    bytes: include_bytes!("../../recipes/paper/neural-n8.recipe"),
 };
 
 /// Returns the bundled recipe with this name; None if no recipe has it.

@@ -1,5 +1,5 @@
-//! Runs `glimpse_trainer_fuzz::check` on libFuzzer's inputs.
+//! Runs `glimpse_fuzz::check` on libFuzzer's inputs.
 
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|input: &[u8]| glimpse_trainer_fuzz::check(input));
+libfuzzer_sys::fuzz_target!(|input: &[u8]| glimpse_fuzz::check(input));

@@ -1,7 +1,7 @@
 //! Checks of the readers of lab files: a reader rejects its file, or returns valid numbers.
 
 use glimpse_core::gonio::{Footprint, Quantity, Repeated};
-use glimpse_trainer::measurement::{
+use glimpse_fitting::measurement::{
     AngleArgs, AngleTable, CountCalibration, Measurements, ReadingQuantity, Rows, WhiteReference,
 };
 

@@ -7,5 +7,5 @@ use glimpse_core_fuzz::seeds::check_all;
 #[test]
 fn all_seeds_pass() {
     let seeds = Path::new(env!("CARGO_MANIFEST_DIR")).join("seeds");
-    check_all(&seeds, &[("readers", glimpse_trainer_fuzz::check)]);
+    check_all(&seeds, &[("readers", glimpse_fuzz::check)]);
 }

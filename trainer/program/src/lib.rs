@@ -1,6 +1,6 @@
 //! The program `trainer`: its commands, and the tables, plots and pages that they write.
 //!
-//! The list has the modules in order, lowest first; see [`glimpse_trainer`]. The program is a library, so that it
+//! The list has the modules in order, lowest first. The program is a library, so that it
 //! compiles while the libraries below it are still being optimized.
 //!
 //! - [`report`]: tables, plots, pages

@@ -1,7 +1,7 @@
 //! Conversions from and to NumPy arrays, and from JSON.
 
 use glimpse_core::geometry::Angles;
-use glimpse_trainer::measurement::angles_from_vectors;
+use glimpse_fitting::measurement::angles_from_vectors;
 use numpy::ndarray::{ArrayD, IxDyn};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use glimpse_evaluation::evaluation::compare as compare_brdf;
+use glimpse_evaluation::metrics::Metrics;
 use glimpse_materials::Material;
-use glimpse_trainer::evaluation::compare as compare_brdf;
-use glimpse_trainer::metrics::Metrics;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;

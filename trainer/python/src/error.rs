@@ -3,11 +3,11 @@
 use std::error::Error;
 use std::io;
 
+use glimpse_evaluation::conversion::ConversionError;
+use glimpse_evaluation::evaluation::EvaluationError;
+use glimpse_fitting::measurement::FitFailure;
 use glimpse_materials::setting::{Setting, SettingError};
 use glimpse_materials::{ShareError, SourceError};
-use glimpse_trainer::conversion::ConversionError;
-use glimpse_trainer::evaluation::EvaluationError;
-use glimpse_trainer::measurement::FitFailure;
 use glimpse_training::meta::options::OptionsError;
 use glimpse_training::meta::run::TrainError;
 use glimpse_training::route::PlanError;

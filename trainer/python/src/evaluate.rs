@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use glimpse_trainer::evaluation::{
+use glimpse_evaluation::evaluation::{
     Degradation, EvaluationError, Evaluator, Method, Report, TrainingMaterials, TrainingOverlap,
 };
 use pyo3::prelude::*;

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_materials::{FittedMaterial, Material};
-use glimpse_trainer::measurement::{
+use glimpse_fitting::measurement::{
     ChosenRecipe, Fit, Measurements, NamedRecipe, ReadingStatus, Selection, fit, material_files,
 };
+use glimpse_materials::{FittedMaterial, Material};
 use glimpse_training::linear::Posterior;
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;

@@ -7,13 +7,13 @@ use std::sync::Arc;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::NeuralParameters;
+use glimpse_evaluation::conversion::{OutputFormat, encode, file_name, output_paths};
+use glimpse_evaluation::render::render_sphere;
+use glimpse_fitting::measurement::angles_from_vectors;
 use glimpse_materials::{
     self, Bands, Brdf, Coverage, Format, Material, MerlTable, PhysicalErrors, Source, SourceError,
     digest, directional_albedo, table_nodes,
 };
-use glimpse_trainer::conversion::{OutputFormat, encode, file_name, output_paths};
-use glimpse_trainer::measurement::angles_from_vectors;
-use glimpse_trainer::render::render_sphere;
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyTypeError, PyUserWarning};

@@ -1,6 +1,6 @@
 //! The directions to read next.
 
-use glimpse_trainer::measurement::{MachineArgs, NamedRecipe};
+use glimpse_fitting::measurement::{MachineArgs, NamedRecipe};
 use glimpse_training::linear::{Posterior, Proposal};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use glimpse_core::geometry::{Angles, Directions};
-use glimpse_trainer::measurement::{
+use glimpse_fitting::measurement::{
     AngleArgs, ChosenRecipe, CountCalibration, FOOTPRINTS, LabReading, Measurements, NamedRecipe,
     QUANTITIES, ReadingQuantity, Rows, WhiteReference,
 };

@@ -6,8 +6,8 @@ use anyhow::{Context, ensure};
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use glimpse_core::geometry::Angles;
-use glimpse_trainer::evaluation::Adaptive;
-use glimpse_trainer::measurement::{MachineArgs, NamedRecipe};
+use glimpse_evaluation::evaluation::Adaptive;
+use glimpse_fitting::measurement::{MachineArgs, NamedRecipe};
 use glimpse_training::route::{Machine, Position};
 
 use super::read_recipe;

@@ -8,10 +8,10 @@ use crate::report::{
 };
 use anyhow::bail;
 use clap::Args;
+use glimpse_evaluation::evaluation::Evaluator;
+use glimpse_evaluation::metrics::{Metrics, color_differences};
+use glimpse_evaluation::render::{Picture, render_sphere};
 use glimpse_materials::{Material, Source};
-use glimpse_trainer::evaluation::Evaluator;
-use glimpse_trainer::metrics::{Metrics, color_differences};
-use glimpse_trainer::render::{Picture, render_sphere};
 use rayon::prelude::*;
 use serde_json::json;
 

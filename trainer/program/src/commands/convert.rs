@@ -4,8 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::ensure;
 use clap::Args;
+use glimpse_evaluation::conversion::{
+    OutputFormat, WrittenErrors, encode, file_name, output_paths,
+};
 use glimpse_materials::{Format, Source};
-use glimpse_trainer::conversion::{OutputFormat, WrittenErrors, encode, file_name, output_paths};
 use serde::Serialize;
 use serde_json::Value;
 

@@ -5,10 +5,10 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Error, ensure};
 use clap::Args;
+use glimpse_evaluation::evaluation::{Degradation, Evaluator, Method, TrainingMaterials};
+use glimpse_fitting::measurement::NamedRecipe;
 use glimpse_materials::Source;
 use glimpse_materials::basis::Basis;
-use glimpse_trainer::evaluation::{Degradation, Evaluator, Method, TrainingMaterials};
-use glimpse_trainer::measurement::NamedRecipe;
 
 use super::adaptive::AdaptiveArgs;
 use super::evaluation_report::{Comparison, RecipeReport};

@@ -2,9 +2,9 @@
 
 use crate::report::{Cell, Column, Table, metric_columns};
 use glimpse_core::recipe::Recipe;
-use glimpse_trainer::evaluation::{Estimate, Report, TargetReport, TrainingOverlap};
-use glimpse_trainer::export::expectation;
-use glimpse_trainer::metrics::METRICS;
+use glimpse_evaluation::evaluation::{Estimate, Report, TargetReport, TrainingOverlap};
+use glimpse_evaluation::metrics::METRICS;
+use glimpse_fitting::export::expectation;
 use glimpse_training::meta::completion::loss_predictor::rank_correlation;
 use glimpse_training::recipe::{Metadata, MetadataError};
 use serde::Serialize;

@@ -1,8 +1,8 @@
 //! Text of a recipe's expected loss. It always names the materials on which the loss was measured.
 
 use glimpse_core::recipe::Recipe;
+use glimpse_fitting::bundled;
 use glimpse_materials::{Origin, SourceShare};
-use glimpse_trainer::bundled;
 use glimpse_training::meta::learned::{ValidatedLoss, ValidationSplit};
 use glimpse_training::recipe::{Metadata, MetadataError};
 

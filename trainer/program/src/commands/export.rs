@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
+use glimpse_fitting::export::{to_c, to_json};
 use glimpse_materials::basis::Basis;
-use glimpse_trainer::export::{to_c, to_json};
 
 use super::export_basis::compact_basis_of_recipe;
 use super::geometry::GeometryArgs;

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use glimpse_evaluation::conversion::{OutputFormat, WrittenErrors};
+use glimpse_evaluation::shading::ShadingModel;
 use glimpse_materials::Format;
-use glimpse_trainer::conversion::{OutputFormat, WrittenErrors};
-use glimpse_trainer::shading::ShadingModel;
 
 /// Returns a parser of the names of output formats.
 pub(super) fn parser() -> impl TypedValueParser<Value = OutputFormat> {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use anyhow::{Context, bail, ensure};
 use clap::{Args, ValueEnum};
 use glimpse_core::geometry::Angles;
-use glimpse_trainer::measurement::{AngleArgs, AngleTable, ChosenRecipe, Instrument, NamedRecipe};
+use glimpse_fitting::measurement::{AngleArgs, AngleTable, ChosenRecipe, Instrument, NamedRecipe};
 use glimpse_training::recipe::RecipeFile;
 
 use super::{recipe_or_bundled, require_pattern};

@@ -36,8 +36,8 @@ use std::path::Path;
 
 use anyhow::{Context, bail, ensure};
 use glimpse_core::model::ModelKind;
+use glimpse_fitting::measurement::NamedRecipe;
 use glimpse_materials::{Coverage, Material, MaterialsAndShares, Source, Sources};
-use glimpse_trainer::measurement::NamedRecipe;
 use glimpse_training::recipe::RecipeFile;
 use serde::Serialize;
 

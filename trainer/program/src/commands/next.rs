@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
-use glimpse_trainer::measurement::{AngleArgs, MachineArgs, Measurements, Rows, Selection, fit};
+use glimpse_fitting::measurement::{AngleArgs, MachineArgs, Measurements, Rows, Selection, fit};
 use glimpse_training::linear::{Posterior, Proposal};
 use glimpse_training::route::{Axes, axes_from_angles, blank_directions};
 use serde::Serialize;

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
+use glimpse_fitting::measurement::{AngleArgs, AngleRow, AngleTable};
 use glimpse_materials::{Convention, Material, Source};
-use glimpse_trainer::measurement::{AngleArgs, AngleRow, AngleTable};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 

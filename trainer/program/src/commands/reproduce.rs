@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
 use clap::Args;
+use glimpse_evaluation::evaluation::TrainingMaterials;
 use glimpse_materials::Source;
-use glimpse_trainer::evaluation::TrainingMaterials;
 use glimpse_training::meta::plan::Effort;
 
 use super::lock::Lock;

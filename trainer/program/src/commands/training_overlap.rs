@@ -1,8 +1,8 @@
 //! Warnings about test materials that a recipe was trained on: losses on them say nothing about unseen materials.
 
 use glimpse_core::recipe::Recipe;
+use glimpse_evaluation::evaluation::{TrainingMaterials, TrainingOverlap};
 use glimpse_materials::Material;
-use glimpse_trainer::evaluation::{TrainingMaterials, TrainingOverlap};
 use glimpse_training::recipe::MetadataError;
 
 /// For each test material, the kind of overlap with the training materials, if there is one.

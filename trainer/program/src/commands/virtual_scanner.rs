@@ -8,10 +8,10 @@ use std::sync::Arc;
 use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_core::scan::Evidence;
+use glimpse_fitting::measurement::{AngleArgs, AngleTable};
+use glimpse_fitting::scanner::{self, ScanReport, ScannerError, ScannerNoise};
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{FittedMaterial, Material, Source};
-use glimpse_trainer::measurement::{AngleArgs, AngleTable};
-use glimpse_trainer::scanner::{self, ScanReport, ScannerError, ScannerNoise};
 
 use super::numbers::nonnegative;
 use super::output::{check_out, refuse_existing, refuse_input, refuse_source, write_file};

@@ -3,7 +3,7 @@
 use crate::report::{Column, Compare};
 use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::measurement::Instrument;
+use glimpse_fitting::measurement::Instrument;
 
 use super::case::{Approach, Case, DISPLACEMENTS, Variation};
 use super::engine::{Grid, Part, Plan, Row};

@@ -1,8 +1,8 @@
 //! Cases that the experiments evaluate, and the trainings that they require.
 
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::evaluation::names;
-use glimpse_trainer::measurement::Instrument;
+use glimpse_evaluation::evaluation::names;
+use glimpse_fitting::measurement::Instrument;
 use glimpse_training::linear::Prior;
 use glimpse_training::meta::plan::Schedule;
 

@@ -3,7 +3,7 @@
 use crate::report::{Axis, Cell, Column, Compare, Marker, Scale, SeriesColor};
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::metrics::METRICS;
+use glimpse_evaluation::metrics::METRICS;
 use glimpse_training::route::{Machine, Order, Route, stops};
 
 use super::case::{Approach, Case, MOTION_SPEED, Variation};

@@ -6,7 +6,7 @@ use crate::report::{
     Table, pattern_svg,
 };
 use glimpse_core::geometry::Angles;
-use glimpse_trainer::evaluation::Report;
+use glimpse_evaluation::evaluation::Report;
 
 use super::case::{Approach, Case};
 use super::findings::{Finding, Findings};

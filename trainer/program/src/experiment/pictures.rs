@@ -3,7 +3,7 @@
 
 use crate::report::Column;
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::evaluation::SPHERE_SIZE;
+use glimpse_evaluation::evaluation::SPHERE_SIZE;
 
 use super::case::{Approach, Case};
 use super::curves::over_samples;

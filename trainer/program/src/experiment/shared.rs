@@ -2,8 +2,8 @@
 
 use crate::report::{Axis, Cell, Column, Compare, Scale, metric_columns};
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::evaluation::Report;
-use glimpse_trainer::metrics::METRICS;
+use glimpse_evaluation::evaluation::Report;
+use glimpse_evaluation::metrics::METRICS;
 
 use super::case::Case;
 use super::engine::{Evaluated, Grid, Row};

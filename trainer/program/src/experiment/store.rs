@@ -14,15 +14,15 @@ use glimpse_core::fit::Estimator;
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
+use glimpse_evaluation::evaluation::{
+    Adaptive, Evaluator, LINEAR_OPTIMUM_DIRECTIONS, Method, OPTIMUM_STEPS, Report, SampleDirections,
+};
+use glimpse_fitting::measurement::NamedRecipe;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::write_atomic;
 use glimpse_materials::loss::DIRECTIONS;
 use glimpse_materials::sampling::{MeanBrdf, uniform_valid};
 use glimpse_materials::{Material, Source, SourceShare};
-use glimpse_trainer::evaluation::{
-    Adaptive, Evaluator, LINEAR_OPTIMUM_DIRECTIONS, Method, OPTIMUM_STEPS, Report, SampleDirections,
-};
-use glimpse_trainer::measurement::NamedRecipe;
 use glimpse_training::linear::{Columns, Prior, min_condition_pattern, principal_components};
 use glimpse_training::meta::options::{CompletionOptions, Options};
 use glimpse_training::meta::outer::CheckpointOptions;

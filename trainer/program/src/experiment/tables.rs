@@ -4,8 +4,8 @@ use crate::report::{Axis, Cell, Column, Compare, Scale};
 use anyhow::bail;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
+use glimpse_evaluation::evaluation::names;
 use glimpse_materials::loss::loss_between;
-use glimpse_trainer::evaluation::names;
 
 use super::case::{Approach, Case};
 use super::engine::{Evaluated, Grid, Line, Part, Plan, PlotOfColumns, Row};

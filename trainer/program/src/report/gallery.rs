@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use maud::{Markup, html};
 
-use glimpse_trainer::metrics::Metrics;
-use glimpse_trainer::render::Picture;
+use glimpse_evaluation::metrics::Metrics;
+use glimpse_evaluation::render::Picture;
 
 /// Rows of pictures under common headings.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -8,7 +8,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::gallery::FileNames;
 use super::{Gallery, Table};
-use glimpse_trainer::render::{Picture, PictureError};
+use glimpse_evaluation::render::{Picture, PictureError};
 
 /// The folder of the pictures, next to the page.
 const PICTURES: &str = "pictures";

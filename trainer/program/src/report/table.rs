@@ -1,6 +1,6 @@
 //! A table of text and numbers, with the best numbers highlighted.
 
-use glimpse_trainer::metrics::{METRICS, MetricColumn, Metrics};
+use glimpse_evaluation::metrics::{METRICS, MetricColumn, Metrics};
 
 /// The number of a column to highlight as the best.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use glimpse_trainer::bundled;
+use glimpse_fitting::bundled;
 use glimpse_training::recipe::{Metadata, RecipeFile};
 
 fn trainer(directory: &Path, arguments: &str) {

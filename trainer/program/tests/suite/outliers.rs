@@ -4,10 +4,10 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
+use glimpse_fitting::measurement::{NamedRecipe, OutlierReport};
 use glimpse_kernels::scan::{scan, scan_with_missing};
 use glimpse_materials::loss::{loss_directions, mean_log_error};
 use glimpse_materials::{Brdf, FittedBrdf, Procedural};
-use glimpse_trainer::measurement::{NamedRecipe, OutlierReport};
 use glimpse_training::linear::PosteriorReading;
 
 const NEURAL: &[u8] = include_bytes!("../../../recipes/paper/neural-n8.recipe");

@@ -1,10 +1,10 @@
 //! Reciprocity and energy of each model's fits, and of the tables that are exported from them.
 
+use glimpse_evaluation::conversion::{OutputFormat, encode};
+use glimpse_evaluation::evaluation::{Fitted, Method};
+use glimpse_fitting::bundled;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{FittedMaterial, Material, PhysicalErrors, Source};
-use glimpse_trainer::bundled;
-use glimpse_trainer::conversion::{OutputFormat, encode};
-use glimpse_trainer::evaluation::{Fitted, Method};
 use rayon::prelude::*;
 
 /// Returns the fit of a bundled recipe to a material.

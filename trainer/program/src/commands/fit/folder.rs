@@ -2,11 +2,11 @@
 
 use crate::report::{Lobe, lobe, lobe_directions, lobe_svg, luminance};
 use glimpse_core::geometry::Angles;
+use glimpse_evaluation::evaluation::SPHERE_SIZE;
+use glimpse_evaluation::render::render_sphere;
+use glimpse_fitting::measurement::{Fit, IsotropicAngles, coefficient_of_variation};
 use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::{BasisFile, Brdf, Material, angles_of};
-use glimpse_trainer::evaluation::SPHERE_SIZE;
-use glimpse_trainer::measurement::{Fit, IsotropicAngles, coefficient_of_variation};
-use glimpse_trainer::render::render_sphere;
 
 use super::report::FitReport;
 

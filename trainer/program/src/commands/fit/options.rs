@@ -6,7 +6,7 @@ use anyhow::Context;
 use clap::Args;
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Footprint;
-use glimpse_trainer::measurement::{
+use glimpse_fitting::measurement::{
     AngleArgs, CountCalibration, FOOTPRINTS, Multiple, QUANTITIES, ReadingQuantity, Rows,
     WhiteReference,
 };

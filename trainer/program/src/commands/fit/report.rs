@@ -7,11 +7,11 @@ use std::path::Path;
 use glimpse_core::gonio::Repeated;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
-use glimpse_kernels::scan::LossPrediction;
-use glimpse_trainer::conversion::WrittenErrors;
-use glimpse_trainer::measurement::{
+use glimpse_evaluation::conversion::WrittenErrors;
+use glimpse_fitting::measurement::{
     ChosenRecipe, Fit, ReadingQuantity, ReadingStatus, Selection, coefficient_of_variation,
 };
+use glimpse_kernels::scan::LossPrediction;
 use serde::Serialize;
 
 use super::super::expected_loss::caution;

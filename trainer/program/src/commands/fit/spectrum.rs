@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 use crate::report::{Axis, Marker, Plot, Scale, Series, SeriesColor};
 use clap::Args;
 use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_evaluation::metrics::{Lab, ciede2000};
+use glimpse_fitting::measurement::Fit;
 use glimpse_materials::{Illuminant, Material, Observer, Viewing, weighted_sums};
-use glimpse_trainer::measurement::Fit;
-use glimpse_trainer::metrics::{Lab, ciede2000};
 use serde::Serialize;
 
 use super::super::choice::choice;

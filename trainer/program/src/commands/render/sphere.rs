@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use crate::report::{Cell, Column, Table};
 use anyhow::ensure;
 use clap::Args;
+use glimpse_evaluation::evaluation::{Method, SPHERE_SIZE};
+use glimpse_evaluation::metrics::{METRICS, Metrics};
+use glimpse_evaluation::render::{Image, render_sphere};
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{Material, Source};
-use glimpse_trainer::evaluation::{Method, SPHERE_SIZE};
-use glimpse_trainer::metrics::{METRICS, Metrics};
-use glimpse_trainer::render::{Image, render_sphere};
 use serde_json::{Value, json};
 
 use super::super::numbers::number;

@@ -9,13 +9,13 @@ use clap::{ArgGroup, Args};
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Quantity;
 use glimpse_core::recipe::Recipe;
+use glimpse_evaluation::evaluation::Degradation;
+use glimpse_fitting::measurement::{
+    AngleArgs, MachineArgs, Measurements, NamedRecipe, ReadingQuantity, Rows, Selection,
+};
 use glimpse_kernels::scan::scan_with_missing;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Material, Source};
-use glimpse_trainer::evaluation::Degradation;
-use glimpse_trainer::measurement::{
-    AngleArgs, MachineArgs, Measurements, NamedRecipe, ReadingQuantity, Rows, Selection,
-};
 use glimpse_viewer::{RecipeScan, Reference, STYLE, View as Page};
 
 use super::super::export_basis::compact_basis;

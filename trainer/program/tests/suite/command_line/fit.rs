@@ -4,9 +4,9 @@ use std::fs;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::Recipe;
+use glimpse_fitting::measurement::IsotropicAngles;
 use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::{Brdf, Procedural};
-use glimpse_trainer::measurement::IsotropicAngles;
 use serde_json::{Value, json};
 
 use super::Folder;

@@ -30,8 +30,8 @@ mod view;
 
 use glimpse_core::fit::Estimator;
 use glimpse_core::recipe::Recipe;
+use glimpse_evaluation::evaluation::names;
 use glimpse_materials::{Identity, Material, Procedural, digest};
-use glimpse_trainer::evaluation::names;
 use glimpse_training::meta::learned::ValidationSplit;
 use glimpse_training::meta::plan::TrainedParts;
 use glimpse_training::meta::plan::{Effort, Schedule};

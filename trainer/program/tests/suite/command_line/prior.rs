@@ -2,7 +2,7 @@
 
 use glimpse_core::gonio::Machine;
 use glimpse_core::recipe::Recipe;
-use glimpse_trainer::evaluation::names;
+use glimpse_evaluation::evaluation::names;
 use glimpse_training::recipe::Metadata;
 use serde_json::Value;
 

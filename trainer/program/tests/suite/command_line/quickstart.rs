@@ -1,6 +1,6 @@
 //! `trainer quickstart`
 
-use glimpse_trainer::bundled;
+use glimpse_fitting::bundled;
 
 use super::Folder;
 use super::render::pixels_of_png;

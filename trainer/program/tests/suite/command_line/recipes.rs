@@ -1,6 +1,6 @@
 //! `trainer recipes`: bundled recipes.
 
-use glimpse_trainer::bundled;
+use glimpse_fitting::bundled;
 use glimpse_training::recipe::Metadata;
 use serde_json::json;
 

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use glimpse_trainer::metrics::Metrics;
-use glimpse_trainer::render::Picture;
+use glimpse_evaluation::metrics::Metrics;
+use glimpse_evaluation::render::Picture;
 use serde_json::{Value, json};
 
 use super::Folder;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use glimpse_trainer::evaluation::names;
+use glimpse_evaluation::evaluation::names;
 
 use super::shared::{BASES, EXPERIMENT};
 use super::{Folder, number};

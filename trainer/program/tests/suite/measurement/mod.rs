@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Quantity;
-use glimpse_trainer::measurement::{AngleArgs, Measurements, ReadingQuantity, Rows, TableError};
+use glimpse_fitting::measurement::{AngleArgs, Measurements, ReadingQuantity, Rows, TableError};
 use glimpse_training::recipe::RecipeFile;
 
 /// Reads one of the bundled recipes.

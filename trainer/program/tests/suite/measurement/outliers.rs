@@ -2,8 +2,8 @@
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
+use glimpse_fitting::measurement::{NamedRecipe, OutlierReport};
 use glimpse_materials::{Brdf, Procedural};
-use glimpse_trainer::measurement::{NamedRecipe, OutlierReport};
 use glimpse_training::linear::{CoefficientPrior, PosteriorReading};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

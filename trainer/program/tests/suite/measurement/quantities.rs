@@ -5,7 +5,7 @@ use std::fs;
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::gonio::Footprint;
-use glimpse_trainer::measurement::{
+use glimpse_fitting::measurement::{
     AngleArgs, CountCalibration, ReadingQuantity, TableError, WhiteReference,
 };
 

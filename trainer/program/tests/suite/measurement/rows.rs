@@ -1,7 +1,7 @@
 //! Rows in any order, missing and repeated rows, rows with angles or index, and errors of invalid rows.
 
 use glimpse_core::geometry::{Directions, HalfDifference};
-use glimpse_trainer::measurement::{angles_from_vectors, coefficient_of_variation};
+use glimpse_fitting::measurement::{angles_from_vectors, coefficient_of_variation};
 
 use super::{error_message, read_brdf};
 use crate::common::assert_names;

@@ -1,0 +1,17 @@
+//! Methods of fitting a BRDF, and their errors on materials.
+//!
+//! The list has the modules in order, lowest first; `tests/check_layers.py` enforces it.
+//!
+//! - [`render`]: images of spheres in a built-in studio
+//! - [`metrics`]: errors of a fit against its material
+//! - `least_squares` (internal): fits of parameters within bounds
+//! - [`evaluation`]: fitting methods and their errors on materials
+//! - [`shading`]: shading models of renderers, fitted to a BRDF
+//! - [`conversion`]: materials in the formats of other programs
+
+pub mod conversion;
+pub mod evaluation;
+mod least_squares;
+pub mod metrics;
+pub mod render;
+pub mod shading;
