@@ -5,7 +5,7 @@
 //! along the normal.
 //!
 //! [`Arms`] are the spherical angles of both directions, as the arms of a scanner have them. An isotropic BRDF
-//! does not change if both directions are [turned](Directions::turned) about the normal.
+//! does not change if both directions are turned about the normal.
 
 mod angles;
 mod arms;

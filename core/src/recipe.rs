@@ -16,7 +16,6 @@ pub use header::memory_words;
 use crate::error::{Error, ErrorCode};
 use crate::fit::Estimator;
 use crate::geometry::{Angles, Directions, HalfDifference};
-use crate::gonio::Machine;
 use crate::model::ModelKind;
 use header::CheckedBody;
 
@@ -133,15 +132,6 @@ impl<'a> Recipe<'a> {
             let directions = HalfDifference::from_angles(angles).directions();
             (index as u16, directions)
         })
-    }
-
-    /// The first sample of the pattern that a machine cannot reach, and the reason. None if it reaches all samples.
-    ///
-    /// Call this before anything moves.
-    #[must_use]
-    pub fn out_of_reach(&self, machine: &Machine) -> Option<(u16, Error)> {
-        let mut directions = self.directions();
-        directions.find_map(|(index, directions)| Some((index, machine.check(&directions).err()?)))
     }
 
     /// The expected loss on a material that was not in the training data. None if it is unknown.

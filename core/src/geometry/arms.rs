@@ -16,9 +16,6 @@ use crate::numeric::math;
 /// // The conversion is reversible.
 /// let same = Arms::from_directions(&directions);
 /// assert!((same.phi_o - 3.0).abs() < 1e-6);
-/// // Turning both arms together keeps the angle between them.
-/// let turned = arms.turned(1.0).directions();
-/// assert!((directions.separation() - turned.separation()).abs() < 1e-5);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -80,15 +77,5 @@ impl Arms {
         let (theta_i, phi_i) = angles(directions.incoming);
         let (theta_o, phi_o) = angles(directions.outgoing);
         Self::from_array([theta_i, phi_i, theta_o, phi_o])
-    }
-
-    /// Both azimuths turned by `angle` radians about the normal. The BRDF of an isotropic sample stays the same.
-    #[must_use]
-    pub fn turned(&self, angle: f32) -> Self {
-        Self {
-            phi_i: self.phi_i + angle,
-            phi_o: self.phi_o + angle,
-            ..*self
-        }
     }
 }

@@ -107,15 +107,4 @@ impl Directions<f32> {
         let cos = math::sqrt(if square_cos < 0.0 { 0.0 } else { square_cos });
         math::atan2(sin, cos)
     }
-
-    /// Both directions turned by `angle` radians about the normal. The BRDF of an isotropic sample stays the same.
-    #[must_use]
-    pub fn turned(&self, angle: f32) -> Self {
-        let (sin, cos) = math::sin_cos(angle);
-        let turned = |[x, y, z]: [f32; 3]| [x * cos - y * sin, x * sin + y * cos, z];
-        Self {
-            incoming: turned(self.incoming),
-            outgoing: turned(self.outgoing),
-        }
-    }
 }

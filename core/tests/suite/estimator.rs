@@ -312,31 +312,3 @@ fn overflow_diverges() {
         }
     }
 }
-
-/// A reading that would make the argument of a logarithm negative is clamped, and does not give a NaN.
-#[test]
-fn clamps_dark_readings() {
-    for contents in tolerant().into_iter().chain([with_differences(linear())]) {
-        let recipe = contents.recipe();
-        let mut others = readings(contents.samples(), |sample| sample != 3);
-        if contents.net.is_some() {
-            others.fill(None);
-        }
-        let mut dark = others.clone();
-        dark[3] = Some([-0.5, 0.1, 0.1]);
-        // At the bound, y w + e is e / 2, or y cos(theta_i) is -1/2.
-        let (_, directions) = recipe.directions().nth(3).unwrap();
-        let (cosine, other) = (directions.incoming[2], directions.outgoing[2]);
-        let min = (-0.0005 / (cosine * other)).max(-0.5 / cosine);
-        with_fit::<Any>(&contents, &dark, &[5], |scan, actual| {
-            assert_eq!(actual.residual().clamped, 1);
-            // The reading itself stays as it was.
-            assert_eq!(scan.reading(3).unwrap().brdf[0], -0.5);
-            others[3] = Some([min, 0.1, 0.1]);
-            let expected = outcome(&contents, &others).values();
-            for (actual, expected) in actual.values().into_iter().zip(expected) {
-                assert_close("clamped", 1.0, actual, expected.into());
-            }
-        });
-    }
-}

@@ -19,46 +19,22 @@ fn with_fitted<K: ScanModel + 'static>(model: ModelKind, check: impl FnOnce(Fitt
 }
 
 /// In version 0.1, the BRDF was black below the horizon, and 1e19 for some vectors that are not unit vectors.
+/// `geometry/errors.rs` tests all kinds of invalid directions.
 #[test]
 fn brdf_only_for_unit_vectors_above_horizon() {
-    let scaled = |factor: f32| SLANTED.map(|x| x * factor);
-    let valid = [
-        UP,
-        SLANTED,
-        [-0.6, 0.0, 0.8],
-        // Rounding by the caller.
-        scaled(1.0 - 1e-6),
-        scaled(1.0 + 1e-6),
-    ];
-    let mut invalid = vec![[0.6, 0.0, -0.8], [0.0, 0.0, -1.0]];
-    invalid.extend([0.0, 0.5, 0.9, 1.1, 2.0, 1e3, 1e19].map(scaled));
-    for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        for coordinate in 0..3 {
-            let mut broken = UP;
-            broken[coordinate] = number;
-            invalid.push(broken);
-        }
-    }
+    let long = SLANTED.map(|x| 1.1 * x);
+    let rounded = SLANTED.map(|x| (1.0 + 1e-6) * x);
+    let invalid = [[0.6, 0.0, -0.8], [1.0, 0.0, 0.0], long, [f32::NAN; 3]];
     with_fitted::<Neural>(ModelKind::Neural, |fitted| {
         let brdf = |incoming, outgoing| fitted.brdf(&Directions { incoming, outgoing });
-        for incoming in valid {
-            for outgoing in valid {
-                let actual = brdf(incoming, outgoing).unwrap();
-                let is_valid = |f: &f32| f.is_finite() && *f >= 0.0;
-                assert!(actual.iter().all(is_valid), "{actual:?}");
-            }
-        }
-        for invalid in invalid {
-            assert_eq!(brdf(invalid, invalid), None, "{invalid:?}");
-            for valid in valid {
+        for valid in [UP, SLANTED, rounded] {
+            let actual = brdf(valid, SLANTED).unwrap();
+            let is_valid = |f: &f32| f.is_finite() && *f >= 0.0;
+            assert!(actual.iter().all(is_valid), "{actual:?}");
+            for invalid in invalid {
                 let both = [brdf(invalid, valid), brdf(valid, invalid)];
                 assert_eq!(both, [None; 2], "{invalid:?}");
             }
-        }
-        // At the horizon. For other pairs there, rounding determines the result.
-        for valid_direction in [UP, SLANTED] {
-            assert_eq!(brdf([1.0, 0.0, 0.0], valid_direction), None);
-            assert_eq!(brdf(valid_direction, [1.0, 0.0, 0.0]), None);
         }
     });
 }

@@ -5,4 +5,3 @@ mod arms;
 mod errors;
 #[cfg(feature = "libm")]
 mod half_difference;
-mod rotation;

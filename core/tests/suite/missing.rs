@@ -62,26 +62,6 @@ fn required_readings_are_required() {
     });
 }
 
-/// Each fit uses the recorded readings, in any order.
-#[test]
-fn each_reading_changes_fit() {
-    for_each_recipe(2, |contents, scan| {
-        assert_eq!(scan.fit().err(), Some(NOTHING));
-        let mut present = 0;
-        let mut before = Outcome::Diverged;
-        for index in [3, 5, 0, 1, 4, 2] {
-            scan.record(index, unsaturated(index)).unwrap();
-            present |= 1 << index;
-            let actual = fit(scan, &[4]);
-            assert_eq!(actual, outcome(contents, &subset(present)));
-            assert_ne!(actual, before);
-            let pending = scan.pending().map(|(index, _)| index);
-            assert!(pending.eq((0..6).filter(|k| present >> k & 1 == 0)));
-            before = actual;
-        }
-    });
-}
-
 #[test]
 fn omits_saturated_readings() {
     for_each_recipe(2, |contents, scan| {
@@ -148,19 +128,5 @@ fn fit_omits_skipped_samples() {
         scan.skip(4).unwrap();
         assert!(scan.next_pending().is_none());
         assert_eq!(fit(scan, &[7]), outcome(contents, &subset(0b10_1101)));
-    });
-}
-
-#[test]
-fn early_finish_uses_recorded_readings() {
-    for_each_recipe(2, |contents, scan| {
-        scan.finish_early().unwrap();
-        assert_eq!(scan.fit().err(), Some(NOTHING));
-        // A reading of a skipped sample is used.
-        scan.record(5, unsaturated(5)).unwrap();
-        assert!(scan.next_pending().is_none());
-        assert_eq!(fit(scan, &[7]), outcome(contents, &subset(0b10_0000)));
-        scan.restart();
-        assert_eq!(scan.pending().count(), SAMPLES);
     });
 }

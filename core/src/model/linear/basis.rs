@@ -20,7 +20,6 @@ const SQUARED_LENGTH_TOLERANCE: f32 = 2.0 * UNIT_TOLERANCE;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Basis<'a> {
     whole_checksum: u32,
-    checksum: u32,
     nodes: Nodes,
     mean_scale: f32,
     /// A scale for each component.
@@ -67,10 +66,10 @@ impl<'a> Basis<'a> {
         if checksum != checksum_of(version, body_length, body) {
             return Err(Error::new(ErrorCode::BasisChecksum));
         }
-        Self::parse_body(body, checksum)
+        Self::parse_body(body)
     }
 
-    fn parse_body(bytes: &'a [u8], checksum: u32) -> Result<Self, Error> {
+    fn parse_body(bytes: &'a [u8]) -> Result<Self, Error> {
         let wrong_length = |expected: usize| {
             let [expected, found] =
                 [expected, bytes.len()].map(|length| length.saturating_add(HEADER_BYTES));
@@ -132,7 +131,6 @@ impl<'a> Basis<'a> {
         }
         Ok(Self {
             whole_checksum: u32::from_le_bytes([c0, c1, c2, c3]),
-            checksum,
             nodes,
             mean_scale,
             scales,
@@ -150,12 +148,6 @@ impl<'a> Basis<'a> {
     #[must_use]
     pub fn nodes(&self) -> Nodes {
         self.nodes
-    }
-
-    /// The CRC-32 in the header, which identifies the file.
-    #[must_use]
-    pub fn checksum(&self) -> u32 {
-        self.checksum
     }
 
     /// The checksum of the whole basis from which this basis was made. Only coefficients of recipes with the same

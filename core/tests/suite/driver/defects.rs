@@ -322,67 +322,6 @@ fn listening_host_is_optional() {
     assert_eq!(fitted_bits(&driver), expected.bits());
 }
 
-/// Defect 5: Attempts were counted over all samples. A sample that the recipe needs fails the scan, others are skipped.
-#[test]
-fn attempts_count_per_sample() {
-    let invalid = |broken: &'static [u16]| {
-        move |index| match broken.contains(&index) {
-            true => Reading::new([-2.0; 3]),
-            false => synthetic_reading(index),
-        }
-    };
-    let mut driver = phong_driver(Config::new(Host::Absent));
-    let mut bench = Bench::cooperative();
-    bench.sensor = Box::new(invalid(&[4]));
-    bench.run(&mut driver, is_failed);
-    let failure = Error::with(ErrorCode::ReadingNegative, [4, 0]);
-    check_halted(&mut bench, &mut driver, failure, 4);
-
-    let mut driver = new_driver::<Any>(tolerant_recipe(), Config::new(Host::Absent));
-    // One invalid reading of each sample skips none.
-    for index in 0..3 {
-        assert!(driver.record(index, Reading::new([-2.0; 3])).is_err());
-    }
-    let mut bench = Bench::cooperative();
-    bench.sensor = Box::new(invalid(&[0, 4]));
-    bench.run(&mut driver, is_finished);
-    let scan = driver.scan();
-    let read = [0, 1, 2, 3, 4, 5].map(|index| scan.reading(index).is_some());
-    assert_eq!(read, [false, true, true, true, false, true]);
-}
-
-/// Defect 7: A fit overwrote values that it clamps, so a host did not recognize them, and measured samples again.
-#[test]
-fn clamped_readings_are_kept() {
-    for recipe in [recipe_for(ModelKind::Linear), recipe_for(ModelKind::Phong)] {
-        let noisy = |index| match index {
-            2 => Reading::new([-0.9, 0.1, 0.1]),
-            _ => synthetic_reading(index),
-        };
-        let silent = Cell::new(true);
-        let mut driver = new_driver::<Any>(recipe, Config::new(Host::Measures));
-        let mut bench = Bench::new(|request| match *request {
-            Request::Progress(_) if silent.get() => None,
-            Request::Measure { index, .. } => {
-                let reading = noisy(index);
-                Some(Reply::Measured { index, reading })
-            }
-            Request::Restored { index, reading } if reading == noisy(index) => {
-                Some(Reply::Accepted)
-            }
-            _ => Some(default_reply(request)),
-        });
-        bench.run(&mut driver, is_failed);
-        silent.set(false);
-        bench.requests.clear();
-        driver.resume();
-        bench.run(&mut driver, is_finished);
-        assert_eq!(bench.count(is_measure), 0);
-        assert_eq!(driver.scan().reading(2), Some(noisy(2)));
-        assert_eq!(fitted_bits(&driver), full_scan::<Any>(recipe, noisy).bits());
-    }
-}
-
 /// The number of readings after which a scan with a target stops.
 fn readings_until_stop(
     target: f32,
@@ -449,27 +388,4 @@ fn target_needs_first_readings_in_order() {
     };
     let actual = readings_until_stop(all, Some(Machine::new(limits)), |_| {}, reading);
     assert_eq!(actual, 5);
-}
-
-/// Defect 9: The driver asked forever for samples that need an axis that the machine lacks. A limit that was NaN did not
-/// limit.
-#[test]
-fn reach_fails_closed() {
-    let mut fixed = Machine::new(Limits::NONE);
-    fixed.speeds.theta_o = 0.0;
-    fixed.fixed.theta_o = 0.5;
-    let mut not_a_number = Machine::new(Limits::NONE);
-    not_a_number.limits.max_theta_i = f32::NAN;
-    for machine in [fixed, not_a_number] {
-        for host in [Host::Measures, Host::Listens, Host::Absent] {
-            let mut config = Config::new(host);
-            config.machine = Some(machine);
-            let mut driver = phong_driver(config);
-            let mut bench = Bench::cooperative();
-            let failure = Error::with(ErrorCode::OutOfReach, [0, 8]);
-            let failed = bench.run(&mut driver, is_failed).1;
-            assert_eq!(failed, Action::Failed(failure));
-            assert_eq!(bench.count(is_measure), 0);
-        }
-    }
 }

@@ -1,7 +1,9 @@
-//! Invalid pairs of directions.
+//! Invalid pairs of directions, and the rule at the pole.
+
+use std::f32::consts::PI;
 
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::geometry::{Directions, HalfDifference};
+use glimpse_core::geometry::{Arms, Directions, HalfDifference};
 
 const UP: [f32; 3] = [0.0, 0.0, 1.0];
 
@@ -75,6 +77,20 @@ fn rejects_directions_at_or_below_horizon() {
             let at = HalfDifference::from_directions(&pair).expect("a half vector");
             assert!(at.cos_theta_i().min(at.cos_theta_o()) < 1e-6);
         }
+    }
+}
+
+/// Arms that are off by 0.01 degrees still yield the half vector of a mirror pair, at any azimuth.
+#[test]
+fn arm_errors_keep_half_vector_at_pole() {
+    let theta = 30_f32.to_radians();
+    for turn in (0..360).map(|degrees| (degrees as f32).to_radians()) {
+        let error = turn.sin() * 1e-4;
+        let near = [theta + error, turn, theta - error, PI + error + turn];
+        let directions = Arms::from_array(near).directions();
+        let at = HalfDifference::from_directions(&directions).expect("a half vector");
+        assert_eq!((at.hx, at.dy), (0.0, 0.0));
+        assert!((at.dz - theta.cos()).abs() < 1e-4);
     }
 }
 
