@@ -9,7 +9,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use glimpse_core::error::ErrorCode;
 use tempfile::NamedTempFile;
 
 use crate::microcontroller::{Binary, COUNTING, spawn};
@@ -130,53 +129,21 @@ impl Emulator {
         }
     }
 
-    /// Returns the lines logged until now.
-    #[must_use]
-    pub fn log(&self) -> Vec<String> {
-        self.log
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone()
-    }
-
     /// Waits for a log line that begins with `prefix`, and returns the rest of it.
     ///
     /// # Panics
     /// If there is none within 60 s.
     #[must_use]
     pub fn wait_for(&self, prefix: &str) -> String {
-        let rest = |log: &[String]| {
-            let mut lines = log.iter();
-            lines.find_map(|line| line.strip_prefix(prefix).map(str::to_owned))
-        };
-        self.wait_until(|log| rest(log).is_some());
-        rest(&self.log()).unwrap_or_default()
-    }
-
-    /// Waits for the log of an error.
-    ///
-    /// # Panics
-    /// If there is none within 60 s.
-    pub fn wait_for_error(&self, code: ErrorCode) {
-        let _ = self.wait_for(&format!("Error {{ code: \"{code:?}\""));
-    }
-
-    /// Waits until the log meets a condition.
-    ///
-    /// # Panics
-    /// If it does not within 60 s.
-    pub fn wait_until(&self, condition: impl Fn(&[String]) -> bool) {
+        let log = || self.log.lock().unwrap_or_else(PoisonError::into_inner);
         let start = Instant::now();
         while start.elapsed() < TIMEOUT {
-            if condition(&self.log()) {
-                return;
+            if let Some(rest) = log().iter().find_map(|line| line.strip_prefix(prefix)) {
+                return rest.to_owned();
             }
             thread::sleep(Duration::from_millis(10));
         }
-        panic!(
-            "the firmware's log does not meet the condition: {:#?}",
-            self.log()
-        );
+        panic!("the firmware did not log {prefix}: {:#?}", log());
     }
 }
 

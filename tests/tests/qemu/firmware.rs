@@ -10,42 +10,32 @@ use glimpse_tests::host::{noiseless_scanner, unseen_material};
 use glimpse_tests::{RECIPE, recipes};
 
 #[test]
-fn scan_loss_matches_evaluate() {
+fn consecutive_scans_agree_with_host_and_evaluate() {
     let mut emulator = Emulator::boot();
     let recipe = Recipe::parse(RECIPE).unwrap();
-    for index in 0..3 {
+    for (index, deviation) in [(0, 0.0), (1, 0.0), (2, 0.04)] {
         let material = unseen_material(index);
-        let scan_report = noiseless_scanner(&material)
+        let noise = ScannerNoise { deviation, seed: 1 };
+        let report = VirtualScanner::new(&material, noise)
             .serve(&mut emulator.serial)
             .unwrap();
-        let materials: [Box<dyn Material>; 1] = [Box::new(material.clone())];
-        let report = Evaluator::new(&materials)
+        assert_matches_host(&report, RECIPE);
+        if deviation > 0.0 {
+            continue;
+        }
+        let scan_loss = report.loss(None, &material).unwrap();
+        let materials: [Box<dyn Material>; 1] = [Box::new(material)];
+        let evaluated_loss = Evaluator::new(&materials)
             .evaluate(&Method::with_recipe(&recipe, None).unwrap(), 0, 1)
-            .unwrap();
-        let scan_loss = scan_report.loss(None, &material).unwrap();
-        let evaluated_loss = report.metrics.loss;
+            .unwrap()
+            .metrics
+            .loss;
         // One sample of this recipe is at the pole, where the conversion to directions loses phi_d. The readings of the
         // scanner and of `evaluate` differ slightly there.
         assert!(
             (scan_loss / evaluated_loss - 1.0).abs() < 1e-2,
             "loss {scan_loss} of the scan, {evaluated_loss} of evaluate"
         );
-    }
-}
-
-#[test]
-fn consecutive_scans_agree_with_host() {
-    let mut emulator = Emulator::boot();
-    for index in 0..3 {
-        let material = unseen_material(index);
-        let noise = ScannerNoise {
-            deviation: 0.02 * index as f32,
-            seed: 1,
-        };
-        let report = VirtualScanner::new(&material, noise)
-            .serve(&mut emulator.serial)
-            .unwrap();
-        assert_matches_host(&report, RECIPE);
     }
     let instructions: u64 = emulator.wait_for("fit_instructions=").parse().unwrap();
     let stack: u64 = emulator.wait_for("stack_bytes=").parse().unwrap();

@@ -18,7 +18,6 @@ use glimpse_materials::{Brdf, FittedMaterial, Material, Procedural};
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::{Device, OWN_READING, assert_matches_host};
 use glimpse_tests::host::{noiseless_scanner, unseen_material};
-use glimpse_tests::noisy_line::NoisyLine;
 
 const REPLY_TIMEOUT: Duration = Duration::from_millis(30);
 
@@ -113,36 +112,6 @@ fn listener_receives_the_fit_of_a_device_that_measures() {
             errors.clone().all(|(f, own)| (f / own - 1.0).abs() < 0.3),
             "{brdf:?}"
         );
-    }
-}
-
-/// With one corrupted byte in 100, the scan is complete and correct. With one in ten, the device may also give up and
-/// close the line.
-#[test]
-fn tolerates_noisy_line() {
-    thread::scope(|scope| {
-        for odds in [100, 10] {
-            for seed in 0..5 {
-                // The device waits for replies that are lost, so the scans run at the same time.
-                scope.spawn(move || scan_over_noisy_line(odds, seed));
-            }
-        }
-    });
-}
-
-fn scan_over_noisy_line(odds: u64, seed: u64) {
-    let (device, host) = start_device(Host::Measures);
-    let material = material();
-    let mut host = NoisyLine::new(host, odds, seed);
-    let result = noiseless_scanner(&material).serve(&mut host);
-    assert!(host.corrupted > 0);
-    drop(host);
-    // If the last reply of the host was corrupted, the device receives no further reply.
-    let _ = device.join().unwrap();
-    match result {
-        Ok(report) => assert_correct(&report),
-        Err(ScannerError::Closed | ScannerError::Link(_)) if odds == 10 => {}
-        Err(other) => panic!("{other:?}"),
     }
 }
 
