@@ -57,7 +57,6 @@ pub fn stops(recipe: &Recipe<'_>, limits: &Limits) -> Result<Vec<Stop>, Vec<OutO
 #[cfg(test)]
 mod tests {
     use glimpse_core::error::ErrorCode;
-    use glimpse_core::gonio::Machine;
 
     use super::*;
 
@@ -77,13 +76,6 @@ mod tests {
             .filter(|(_, at)| at.outgoing[2] < 56_f32.to_radians().cos());
         let beyond: Vec<usize> = beyond.map(|(index, _)| index.into()).collect();
         assert_eq!((&indices, indices.len()), (&beyond, 2));
-        let first = recipe
-            .out_of_reach(&Machine::new(limits))
-            .expect("a sample is out of reach");
-        assert_eq!(
-            (usize::from(first.0), first.1),
-            (beyond[0], unreachable[0].reason)
-        );
         assert_eq!(unreachable[0].reason.code, ErrorCode::MaxThetaO);
         let message = unreachable[0].to_string();
         let theta_o = format!("{:.2}", unreachable[0].arms.theta_o);
