@@ -33,13 +33,14 @@ macro_rules! internal {
 
 // From the bottom up: a module imports only from modules earlier in this list.
 //
-// checksum, error, geometry, numeric, model, fit, gonio, recipe, scan, store, link, driver
+// checksum, error, file, geometry, numeric, model, fit, gonio, recipe, scan, store, link, driver
 #[deny(clippy::arithmetic_side_effects)]
 pub mod checksum;
 #[deny(clippy::arithmetic_side_effects)]
 pub mod driver;
 #[deny(clippy::arithmetic_side_effects)]
 pub mod error;
+internal! { mod file }
 pub mod fit;
 pub mod geometry;
 #[deny(clippy::arithmetic_side_effects)]

@@ -10,14 +10,13 @@ mod contents;
 mod header;
 
 internal! { contents::{Contents, METADATA, Pattern} }
-internal! { header::{HEADER_BYTES, MAGIC, SECTIONS_START, VERSION} }
+internal! { header::{FORMAT, SECTIONS_START} }
 pub use header::memory_words;
 
 use crate::error::{Error, ErrorCode};
 use crate::fit::Estimator;
 use crate::geometry::{Angles, Directions, HalfDifference};
 use crate::model::ModelKind;
-use header::CheckedBody;
 
 /// A checked recipe in memory or in flash.
 #[derive(Clone, Copy, Debug)]
@@ -52,20 +51,17 @@ impl<'a> Recipe<'a> {
     /// The first defect of the bytes.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, Error> {
         let body = header::read(bytes)?;
-        let CheckedBody {
-            checksum, samples, ..
-        } = body;
         let contents = Contents::decode(body.sections)?;
         let (pattern, estimator) = contents.check()?;
         let recipe = Self {
             pattern,
             estimator,
             metadata: contents.metadata,
-            checksum,
+            checksum: body.checksum,
         };
-        let found = [u32::from(samples), body.words];
-        if [recipe.samples() as u32, recipe.memory_words() as u32] != found {
-            return Err(Error::with(ErrorCode::RecipeHeader, found));
+        let stated = [body.samples.into(), body.words];
+        if [recipe.samples() as u32, recipe.memory_words() as u32] != stated {
+            return Err(Error::with(ErrorCode::RecipeHeader, stated));
         }
         Ok(recipe)
     }

@@ -180,12 +180,16 @@ macro_rules! section {
                 text: &[$($text),+],
             }),+];
 
+            // Not inlined, so that its stack is released.
+            #[inline(never)]
             fn check(
                 &self,
                 counts: &crate::section::Counts,
             ) -> Result<(), crate::error::Error> {
-                let mut fields = Self::FIELDS.iter().zip([$(crate::section::FieldType::numbers(self.$field)),+]);
-                fields.try_for_each(|(field, numbers)| field.check(numbers, counts))
+                let mut fields = Self::FIELDS.iter();
+                let mut check = |numbers| fields.next().map_or(Ok(()), |field| field.check(numbers, counts));
+                $(check(crate::section::FieldType::numbers(self.$field))?;)+
+                Ok(())
             }
         }
     };

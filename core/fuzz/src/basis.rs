@@ -4,9 +4,10 @@
 //! corrected before it is parsed, because random bytes almost never have the right checksum.
 
 use arbitrary::{Arbitrary, Unstructured};
+use glimpse_core::file::HEADER_BYTES;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::linear::Basis;
-use glimpse_core::model::linear::format::{HEADER_BYTES, VERSION, checksum_of};
+use glimpse_core::model::linear::format::FORMAT;
 
 /// Checks one input.
 pub fn check(input: &[u8]) {
@@ -16,11 +17,8 @@ pub fn check(input: &[u8]) {
     };
     let mut bytes = bytes.to_vec();
     if correct_header & 1 == 1 && bytes.len() >= HEADER_BYTES {
-        let body = &bytes[HEADER_BYTES..];
-        let length = body.len() as u32;
-        let checksum = checksum_of(VERSION, length, body);
-        bytes[6..10].copy_from_slice(&length.to_le_bytes());
-        bytes[10..14].copy_from_slice(&checksum.to_le_bytes());
+        let header = FORMAT.header(&bytes[HEADER_BYTES..]);
+        bytes[6..HEADER_BYTES].copy_from_slice(&header[6..]);
     }
     let Ok(basis) = Basis::parse(&bytes) else {
         return;

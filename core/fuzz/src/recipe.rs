@@ -3,13 +3,13 @@
 //! An input contains a byte and a recipe. If the byte is odd, the header is corrected before the recipe is parsed,
 //! because random bytes almost never have the right checksum and sizes.
 
-use crc::{CRC_32_ISO_HDLC, Crc};
 use glimpse_core::error::ErrorCode;
+use glimpse_core::file::HEADER_BYTES;
 use glimpse_core::fit::{AnyModel, Linear, ScanModel};
 use glimpse_core::geometry::Directions;
 use glimpse_core::gonio::Reading;
 use glimpse_core::model::{CookTorrance, Neural, Phong};
-use glimpse_core::recipe::{Contents, HEADER_BYTES, Recipe, SECTIONS_START, memory_words};
+use glimpse_core::recipe::{Contents, FORMAT, Recipe, SECTIONS_START, memory_words};
 use glimpse_core::scan::Scan;
 
 /// The largest number of samples of a fit in this check.
@@ -48,11 +48,8 @@ fn correct(bytes: &mut [u8]) {
         bytes[14..16].copy_from_slice(&(samples as u16).to_le_bytes());
         bytes[16..20].copy_from_slice(&words.to_le_bytes());
     }
-    let length = (bytes.len() - HEADER_BYTES) as u32;
-    bytes[6..10].copy_from_slice(&length.to_le_bytes());
-    let checksummed = [&bytes[4..10], &bytes[HEADER_BYTES..]].concat();
-    let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&checksummed);
-    bytes[10..14].copy_from_slice(&checksum.to_le_bytes());
+    let header = FORMAT.header(&bytes[HEADER_BYTES..]);
+    bytes[6..HEADER_BYTES].copy_from_slice(&header[6..]);
 }
 
 /// Checks two fits. The first has one reading, if the recipe tolerates missing readings. The second has all readings,

@@ -138,7 +138,8 @@ impl<'a> Estimator<'a> {
         }
     }
 
-    /// The memory of a scan in words: the samples, and the fit.
+    /// The memory of a scan in words: the samples, and the fit. Not inlined, because parsing and a scan compute it.
+    #[inline(never)]
     #[must_use]
     pub fn scan_words(&self, samples: usize) -> usize {
         let slots = samples.saturating_mul(SLOT_WORDS);

@@ -55,18 +55,18 @@ pub struct Contents<'a> {
     pub metadata: &'a [u8],
 }
 
-/// Returns the next section of a list: kind, value, and the rest. None if the bytes do not follow the format.
-fn take(bytes: &[u8]) -> Option<(u16, &[u8], &[u8])> {
-    let ((kind, value), rest) = postcard::take_from_bytes(bytes).ok()?;
-    Some((kind, value, rest))
-}
-
 /// Decodes a section as one value that takes all of its bytes.
 fn decode<'a, T: Deserialize<'a> + Section>(bytes: &'a [u8]) -> Result<Option<T>, Error> {
-    match postcard::take_from_bytes(bytes) {
-        Ok((value, [])) => Ok(Some(value)),
+    match take_from_bytes(bytes) {
+        Some((value, [])) => Ok(Some(value)),
         _ => Err(sections_error(ErrorCode::RecipeSections, T::KIND)),
     }
+}
+
+/// Takes a value in postcard's format. Not inlined, so that its stack is released.
+#[inline(never)]
+fn take_from_bytes<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Option<(T, &'a [u8])> {
+    postcard::take_from_bytes(bytes).ok()
 }
 
 fn sections_error(code: ErrorCode, kind: u16) -> Error {
@@ -91,7 +91,8 @@ impl<'a> Contents<'a> {
         let mut rest = sections;
         let mut previous = None;
         while !rest.is_empty() {
-            let (kind, value, after) = take(rest).ok_or(Error::new(ErrorCode::RecipeMalformed))?;
+            let ((kind, value), after): ((u16, _), _) =
+                take_from_bytes(rest).ok_or(Error::new(ErrorCode::RecipeMalformed))?;
             rest = after;
             // Strictly ascending, so no kind occurs twice.
             if previous >= Some(kind) {
@@ -199,12 +200,10 @@ impl<'a> Contents<'a> {
                 return Err(Error::in_field(code, "net.missing"));
             }
         }
-        if let Some(noise) = &self.noise {
-            noise.check(&counts)?;
-        }
-        if let Some(prediction) = &self.prediction {
-            prediction.check(&counts)?;
-        }
+        self.noise.iter().try_for_each(|each| each.check(&counts))?;
+        self.prediction
+            .iter()
+            .try_for_each(|each| each.check(&counts))?;
         let refinement = match (self.start, self.gauss_newton) {
             (None, None) => None,
             (Some(start), Some(steps)) => {

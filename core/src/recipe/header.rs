@@ -1,14 +1,20 @@
 //! The header of a recipe, and the memory of a scan, which it states.
 
-use crate::checksum::crc_32_of_file;
 use crate::error::{Error, ErrorCode};
+use crate::file::{Format, HEADER_BYTES};
 
-/// The first bytes of every recipe.
-pub const MAGIC: [u8; 4] = *b"GLMP";
-/// The only format version that this crate reads.
-pub const VERSION: u16 = 4;
-/// Number of bytes before the body.
-pub const HEADER_BYTES: usize = 14;
+/// The header of a recipe.
+pub const FORMAT: Format = Format {
+    magic: *b"GLMP",
+    version: 4,
+    min_body_bytes: SECTIONS_START - HEADER_BYTES,
+    errors: [
+        ErrorCode::RecipeMagic,
+        ErrorCode::RecipeVersion,
+        ErrorCode::RecipeLength,
+        ErrorCode::RecipeChecksum,
+    ],
+};
 /// Number of bytes before the sections: the header, samples (u16) and memory words (u32).
 pub const SECTIONS_START: usize = HEADER_BYTES + 6;
 
@@ -22,40 +28,12 @@ pub(super) struct CheckedBody<'a> {
 
 /// Checks the header of a recipe, and returns its body.
 pub(super) fn read(bytes: &[u8]) -> Result<CheckedBody<'_>, Error> {
-    let (magic, rest) = bytes
-        .split_first_chunk()
-        .ok_or(Error::new(ErrorCode::RecipeMagic))?;
-    if *magic != MAGIC {
-        return Err(Error::new(ErrorCode::RecipeMagic));
-    }
-    let length_error = |expected| {
-        let found = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
-        Error::with(ErrorCode::RecipeLength, [expected, found])
-    };
-    let too_short = length_error(SECTIONS_START as u32);
-    let (version, rest) = rest.split_first_chunk().ok_or(too_short)?;
-    let (length, rest) = rest.split_first_chunk().ok_or(too_short)?;
-    let (checksum, body) = rest.split_first_chunk().ok_or(too_short)?;
-    let version = u16::from_le_bytes(*version);
-    if version != VERSION {
-        let code = ErrorCode::RecipeVersion;
-        return Err(Error::with(code, [version.into(), 0]));
-    }
-    let expected = u32::from_le_bytes(*length);
-    if u32::try_from(body.len()) != Ok(expected) {
-        return Err(length_error(expected.saturating_add(HEADER_BYTES as u32)));
-    }
-    let checksum = u32::from_le_bytes(*checksum);
-    if checksum != crc_32_of_file(VERSION, expected, body) {
-        return Err(Error::new(ErrorCode::RecipeChecksum));
-    }
-    let (samples, rest) = body.split_first_chunk().ok_or(too_short)?;
-    let (words, sections) = rest.split_first_chunk().ok_or(too_short)?;
+    let (checksum, mut body) = FORMAT.read(bytes)?;
     Ok(CheckedBody {
         checksum,
-        samples: u16::from_le_bytes(*samples),
-        words: u32::from_le_bytes(*words),
-        sections,
+        samples: body.u16(),
+        words: body.u32(),
+        sections: body.0,
     })
 }
 
@@ -81,39 +59,21 @@ pub(super) fn read(bytes: &[u8]) -> Result<CheckedBody<'_>, Error> {
 /// ```
 #[must_use]
 pub const fn memory_words(recipes: &[&[u8]]) -> usize {
-    largest(recipes, HEADER_BYTES + 2, 4)
-}
-
-/// Returns the largest number of `length` bytes from `start` on in the headers of recipes.
-const fn largest(recipes: &[&[u8]], start: usize, length: usize) -> usize {
     let mut largest = 0;
     let mut recipes = recipes;
     while let [recipe, rest @ ..] = recipes {
         recipes = rest;
-        let number = match recipe {
-            [b'G', b'L', b'M', b'P', version, 0, ..] if *version == VERSION as u8 => {
-                number(recipe, start, length)
+        let words = match recipe.first_chunk::<SECTIONS_START>() {
+            Some([b'G', b'L', b'M', b'P', version, 0, .., a, b, c, d])
+                if *version == FORMAT.version as u8 =>
+            {
+                u32::from_le_bytes([*a, *b, *c, *d]) as usize
             }
             _ => usize::MAX,
         };
-        if number > largest {
-            largest = number;
+        if words > largest {
+            largest = words;
         }
     }
     largest
-}
-
-const fn number(bytes: &[u8], start: usize, length: usize) -> usize {
-    let Some((_, rest)) = bytes.split_at_checked(start) else {
-        return usize::MAX;
-    };
-    let Some((mut rest, _)) = rest.split_at_checked(length) else {
-        return usize::MAX;
-    };
-    let mut number = 0_usize;
-    while let [before @ .., last] = rest {
-        number = (number << 8) | *last as usize;
-        rest = before;
-    }
-    number
 }

@@ -1,12 +1,13 @@
 //! The compact basis: its format, its errors, and its values compared with a second implementation in f64.
 
 use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::file::HEADER_BYTES;
 use glimpse_core::geometry::HalfDifference;
-use glimpse_core::model::linear::format::{HEADER_BYTES, MAGIC, VERSION, checksum_of};
 use glimpse_core::model::linear::{Basis, Nodes};
 use proptest::prelude::*;
 
 use crate::documents::hex_bytes;
+use crate::recipes::file;
 
 const EXAMPLE: &str = include_str!("../../docs/basis.hex");
 
@@ -57,7 +58,7 @@ impl Contents {
             body.extend(scale.to_le_bytes());
             body.extend(row.iter().map(|entry| entry.cast_unsigned()));
         }
-        with_header(&body)
+        file(b"GLMC", 1, &body)
     }
 
     /// The BRDF in f64, implemented from the document, with angles.
@@ -103,16 +104,6 @@ impl Contents {
         let weight = cosines[0] * cosines[1];
         mapped.map(|mapped| (1e-3 * (mapped.exp() - 1.0) / weight).max(0.0))
     }
-}
-
-fn with_header(body: &[u8]) -> Vec<u8> {
-    let length = body.len() as u32;
-    let mut bytes = MAGIC.to_vec();
-    bytes.extend(VERSION.to_le_bytes());
-    bytes.extend(length.to_le_bytes());
-    bytes.extend(checksum_of(VERSION, length, body).to_le_bytes());
-    bytes.extend(body);
-    bytes
 }
 
 /// Half and difference vectors from exact sines and cosines, independent of core's.
@@ -236,7 +227,7 @@ fn rejects_invalid_contents() {
     }
     let body = &good.bytes()[HEADER_BYTES..];
     for length in 0..body.len() {
-        assert!(Basis::parse(&with_header(&body[..length])).is_err());
+        assert!(Basis::parse(&file(b"GLMC", 1, &body[..length])).is_err());
     }
 }
 

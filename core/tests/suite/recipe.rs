@@ -3,10 +3,11 @@
 use std::ops::Range;
 
 use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::file::HEADER_BYTES;
 use glimpse_core::fit::{GaussNewton, Net, Noise, Prediction, Ridge, Sgd, Start};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{HEADER_BYTES, Pattern, Recipe};
+use glimpse_core::recipe::{Pattern, Recipe};
 use glimpse_core::section::{Field, Section};
 
 use crate::recipes::*;

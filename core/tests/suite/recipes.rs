@@ -230,9 +230,14 @@ pub(crate) fn parse_error(bytes: &[u8]) -> Error {
 
 /// A recipe of any version and body, with a valid header.
 pub(crate) fn with_header(version: u16, body: &[u8]) -> Vec<u8> {
+    file(b"GLMP", version, body)
+}
+
+/// A file with its header, whose checksum another implementation computes.
+pub(crate) fn file(magic: &[u8; 4], version: u16, body: &[u8]) -> Vec<u8> {
     let mut checked = version.to_le_bytes().to_vec();
     checked.extend((body.len() as u32).to_le_bytes());
-    let header = [b"GLMP", &checked[..]].concat();
+    let header = [magic, &checked[..]].concat();
     checked.extend(body);
     let checksum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&checked);
     [&header[..], &checksum.to_le_bytes(), body].concat()

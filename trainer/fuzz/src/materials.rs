@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use glimpse_core::file::HEADER_BYTES;
 use glimpse_core::geometry::HalfDifference;
-use glimpse_core::model::linear::format::{HEADER_BYTES, MAGIC, VERSION, checksum_of};
+use glimpse_core::model::linear::format::FORMAT;
 use glimpse_core::model::{NeuralParameters, ParameterSet};
 use glimpse_materials::basis::{Basis, angles_to_f64};
 use glimpse_materials::{Brdf, Format, PabSet, Source, to_nbrdf};
@@ -90,14 +91,9 @@ fn check_source(path: &Path, name: &str) {
 /// Checks a basis. Its length and checksums are corrected first, because random bytes almost never have the right ones.
 pub(crate) fn check_basis(bytes: &[u8]) {
     let mut bytes = bytes.to_vec();
-    if let Some(body) = bytes
-        .get(HEADER_BYTES..)
-        .filter(|_| bytes.starts_with(&MAGIC))
-    {
-        let length = body.len() as u32;
-        let checksum = checksum_of(VERSION, length, body);
-        bytes[6..10].copy_from_slice(&length.to_le_bytes());
-        bytes[10..14].copy_from_slice(&checksum.to_le_bytes());
+    if bytes.len() >= HEADER_BYTES && bytes.starts_with(&FORMAT.magic) {
+        let header = FORMAT.header(&bytes[HEADER_BYTES..]);
+        bytes[6..HEADER_BYTES].copy_from_slice(&header[6..]);
     }
     let compact = Basis::from_compact_bytes(&bytes);
     let checksum = compact.map_or(Basis::checksum(&bytes), |basis| basis.whole_checksum());

@@ -4,7 +4,7 @@ use core::ptr::null_mut;
 use std::vec::Vec;
 
 use glimpse_core::error::ErrorCode;
-use glimpse_core::model::linear::format::{MAGIC, VERSION, checksum_of};
+use glimpse_core::model::linear::format::FORMAT;
 use glimpse_core::recipe::Recipe;
 
 use super::{AlignedMemory, PHONG, RECIPES, begin, reading};
@@ -21,13 +21,7 @@ fn basis(basis_checksum: u32, components: usize) -> Vec<u8> {
     }
     body.extend(1_f32.to_le_bytes().repeat(components + 1));
     body.resize(body.len() + 8 * (4 + components), 0);
-    let length = body.len() as u32;
-    let mut bytes = MAGIC.to_vec();
-    bytes.extend(VERSION.to_le_bytes());
-    bytes.extend(length.to_le_bytes());
-    bytes.extend(checksum_of(VERSION, length, &body).to_le_bytes());
-    bytes.extend(body);
-    bytes
+    [&FORMAT.header(&body)[..], &body].concat()
 }
 
 #[test]

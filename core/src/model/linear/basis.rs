@@ -1,8 +1,6 @@
 //! The compact basis, which turns coefficients into a BRDF on the device.
 
-use super::format::{
-    HEADER_BYTES, MAGIC, MAX_COMPONENTS, NODE_HEAD_BYTES, SHAPE_BYTES, VERSION, checksum_of,
-};
+use super::format::{FORMAT, MAX_COMPONENTS, NODE_HEAD_BYTES, SHAPE_BYTES};
 use super::{Nodes, unmap};
 use crate::error::{Error, ErrorCode};
 use crate::geometry::{HalfDifference, UNIT_TOLERANCE};
@@ -41,96 +39,40 @@ impl<'a> Basis<'a> {
     /// # Errors
     /// The first defect of the bytes: [`ErrorCode::BasisMagic`] to [`ErrorCode::BasisMalformed`].
     pub fn parse(bytes: &'a [u8]) -> Result<Self, Error> {
-        let not_a_basis = Error::new(ErrorCode::BasisMagic);
-        let (magic, rest) = bytes.split_first_chunk().ok_or(not_a_basis)?;
-        if *magic != MAGIC {
-            return Err(not_a_basis);
-        }
-        let header = length_error(HEADER_BYTES, bytes.len());
-        let (version, rest) = rest.split_first_chunk().ok_or(header)?;
-        let version = u16::from_le_bytes(*version);
-        if version != VERSION {
-            return Err(Error::with(ErrorCode::BasisVersion, [version.into(), 0]));
-        }
-        let (body_length, rest) = rest.split_first_chunk().ok_or(header)?;
-        let (checksum, body) = rest.split_first_chunk().ok_or(header)?;
-        let body_length = u32::from_le_bytes(*body_length);
-        if u32::try_from(body.len()) != Ok(body_length) {
-            let body_length = usize::try_from(body_length).unwrap_or(usize::MAX);
-            return Err(length_error(
-                body_length.saturating_add(HEADER_BYTES),
-                bytes.len(),
-            ));
-        }
-        let checksum = u32::from_le_bytes(*checksum);
-        if checksum != checksum_of(version, body_length, body) {
-            return Err(Error::new(ErrorCode::BasisChecksum));
-        }
-        Self::parse_body(body)
-    }
-
-    fn parse_body(bytes: &'a [u8]) -> Result<Self, Error> {
-        let wrong_length = |expected: usize| {
-            let [expected, found] =
-                [expected, bytes.len()].map(|length| length.saturating_add(HEADER_BYTES));
-            length_error(expected, found)
-        };
-        let (shape, rest) = bytes
-            .split_first_chunk::<SHAPE_BYTES>()
-            .ok_or(wrong_length(SHAPE_BYTES))?;
-        // c: checksum of the whole basis; m: components; h, d and p: nodes along each axis; s: scale of the means.
-        let [
-            c0,
-            c1,
-            c2,
-            c3,
-            m0,
-            m1,
-            h0,
-            h1,
-            d0,
-            d1,
-            p0,
-            p1,
-            s0,
-            s1,
-            s2,
-            s3,
-        ] = *shape;
-        let components = u16::from_le_bytes([m0, m1]);
+        let (_, mut body) = FORMAT.read(bytes)?;
+        let malformed = |field| Error::in_field(ErrorCode::BasisMalformed, field);
+        let whole_checksum = body.u32();
+        let components = body.u16();
         if !(1..=MAX_COMPONENTS).contains(&components) {
-            return Err(Error::in_field(
-                ErrorCode::BasisMalformed,
-                "basis.components",
-            ));
+            return Err(malformed("basis.components"));
         }
         let nodes = Nodes {
-            theta_h: u16::from_le_bytes([h0, h1]),
-            theta_d: u16::from_le_bytes([d0, d1]),
-            phi_d: u16::from_le_bytes([p0, p1]),
+            theta_h: body.u16(),
+            theta_d: body.u16(),
+            phi_d: body.u16(),
         };
+        let mean_scale = f32::from_le_bytes(body.take());
         let components = usize::from(components);
         let table_length = nodes
             .count()
             .filter(|_| nodes.theta_h.min(nodes.theta_d).min(nodes.phi_d) >= 2)
             .and_then(|count| count.checked_mul(components.saturating_add(NODE_HEAD_BYTES)))
-            .ok_or(Error::in_field(ErrorCode::BasisMalformed, "basis.nodes"))?;
+            .ok_or(malformed("basis.nodes"))?;
         let scales_length = components.saturating_mul(size_of::<f32>());
-        let expected = SHAPE_BYTES
-            .saturating_add(scales_length)
-            .saturating_add(table_length);
-        let (scales, table) = rest
-            .split_at_checked(scales_length)
-            .filter(|_| bytes.len() == expected)
-            .ok_or(wrong_length(expected))?;
+        let lists_length = scales_length.saturating_add(table_length);
+        let wrong_length =
+            FORMAT.length_error(lists_length.saturating_add(SHAPE_BYTES), bytes.len());
+        let lists = body.0.split_at_checked(scales_length);
+        let (scales, table) = lists
+            .filter(|(_, table)| table.len() == table_length)
+            .ok_or(wrong_length)?;
         let scales = Floats::new(scales);
-        let mean_scale = f32::from_le_bytes([s0, s1, s2, s3]);
         let mut all = scales.iter().chain([mean_scale]);
         if !all.all(|scale| scale.is_finite() && scale >= 0.0) {
-            return Err(Error::in_field(ErrorCode::BasisMalformed, "basis.scales"));
+            return Err(malformed("basis.scales"));
         }
         Ok(Self {
-            whole_checksum: u32::from_le_bytes([c0, c1, c2, c3]),
+            whole_checksum,
             nodes,
             mean_scale,
             scales,
@@ -230,11 +172,6 @@ impl<'a> Basis<'a> {
         let mean = f32::from(i16::from_le_bytes([*m0, *m1])) * self.mean_scale;
         Some((mean, f32::from(u16::from_le_bytes([*s0, *s1])), row))
     }
-}
-
-fn length_error(expected: usize, found: usize) -> Error {
-    let details = [expected, found].map(|length| u32::try_from(length).unwrap_or(u32::MAX));
-    Error::with(ErrorCode::BasisLength, details)
 }
 
 fn is_unit(at: &HalfDifference<f32>) -> bool {

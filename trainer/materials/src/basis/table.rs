@@ -7,7 +7,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::linear::format::MAGIC as COMPACT_MAGIC;
+use glimpse_core::model::linear::format::FORMAT as COMPACT;
 use glimpse_core::model::linear::{self, Basis as CompactBasis, EPSILON, unmap};
 use glimpse_core::numeric::Scalar;
 use rayon::prelude::*;
@@ -318,7 +318,7 @@ impl Basis {
     /// # Errors
     /// A description of the defect, if the bytes are not a basis or the checksum differs.
     pub fn parse_for_recipe(bytes: &[u8], checksum: u32) -> Result<Self, &'static str> {
-        if bytes.starts_with(&COMPACT_MAGIC) {
+        if bytes.starts_with(&COMPACT.magic) {
             let compact = Self::from_compact_bytes(bytes)?;
             return match compact.whole_checksum() == checksum {
                 true => Ok(compact),

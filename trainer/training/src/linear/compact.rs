@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::Nodes;
-use glimpse_core::model::linear::format::{MAGIC, VERSION, checksum_of};
+use glimpse_core::model::linear::format::FORMAT;
 use glimpse_materials::basis::{Basis, angles_to_f64};
 use glimpse_materials::sampling::uniform_valid;
 use rayon::prelude::*;
@@ -137,13 +137,7 @@ pub(super) fn pack(source_checksum: u32, nodes: Nodes, columns: &[Vec<f64>]) -> 
             body.push(entry.cast_unsigned());
         }
     }
-    let length = body.len() as u32;
-    let mut bytes = MAGIC.to_vec();
-    bytes.extend(VERSION.to_le_bytes());
-    bytes.extend(length.to_le_bytes());
-    bytes.extend(checksum_of(VERSION, length, &body).to_le_bytes());
-    bytes.extend(body);
-    bytes
+    [&FORMAT.header(&body)[..], &body].concat()
 }
 
 /// The unknowns of the least-squares fit: one per direction. Nodes at theta_h = 0 or theta_d = 0 that differ only in

@@ -3,9 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use glimpse_core::checksum::crc_32_of_file;
 use glimpse_core::error::Error;
-use glimpse_core::recipe::{Contents, MAGIC, METADATA, Recipe, VERSION};
+use glimpse_core::recipe::{Contents, FORMAT, METADATA, Recipe};
 use glimpse_core::section::{MAX_COMPONENTS, MAX_SAMPLES, Section};
 use glimpse_materials::basis::{Basis, BasisError};
 use glimpse_materials::untrusted::read_at_most;
@@ -129,13 +128,7 @@ impl RecipeFile {
         if !contents.metadata.is_empty() {
             put_bytes(&mut body, METADATA, contents.metadata);
         }
-        let length = body.len() as u32;
-        let mut bytes = MAGIC.to_vec();
-        bytes.extend(VERSION.to_le_bytes());
-        bytes.extend(length.to_le_bytes());
-        bytes.extend(crc_32_of_file(VERSION, length, &body).to_le_bytes());
-        bytes.extend(body);
-        Self::new(bytes)
+        Self::new([&FORMAT.header(&body)[..], &body].concat())
     }
 
     /// Returns the bytes.
