@@ -47,14 +47,14 @@ kernel! {
 pub fn with_derivative<M: Model>(
     parameters: &M::Parameters<f32>,
     angles: Angles<f32>,
-) -> ([f32; 3], [[f32; 3]; 3]) {
+) -> BrdfWithDerivative {
     let parameters = Dual::constants::<M>(parameters);
     let at = HalfDifference::from_angles(Dual::variables(angles));
     Dual::split(M::brdf::<Dual<f32, 3>>(&parameters, &at))
 }
 
 /// The BRDF of a sample in each channel, and its derivatives with respect to theta_h, theta_d and phi_d.
-type BrdfWithDerivative = ([f32; 3], [[f32; 3]; 3]);
+pub type BrdfWithDerivative = ([f32; 3], [[f32; 3]; 3]);
 
 kernel! {
     on InstructionSet::detect();

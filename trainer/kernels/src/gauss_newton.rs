@@ -22,7 +22,7 @@ use glimpse_core::model::{Active, Model, Objective, ParameterSet, Sample, Sample
 use glimpse_core::numeric::{self, Scalar};
 
 use crate::dual::Dual;
-use crate::inner_loop::Real;
+use crate::inner_loop::{Real, set, set_mut};
 use crate::lanes::{
     Lanes, MAX_OCTETS, Octet, OneRegister, WIDTH, add_totals, coordinates, coordinates_mut, kernel,
 };
@@ -44,24 +44,25 @@ pub trait ReadingList<M: Model, R: Real> {
     type Derivatives;
 
     /// Adds the samples to the systems of a step, which are 0 before; see [`add_reading`].
-    fn add_to_systems(&self, theta: &M::Parameters<R>, error_scale: R, systems: &mut [R]);
+    fn add_to_systems(&self, theta: &[R], error_scale: R, systems: &mut [R]);
 
     /// Adds the gradient of the terms of all samples, given theta with tangents v and delta, to `gradient` and
     /// `derivatives`. Returns the derivative with respect to the error scale.
     fn adjoint(
         &self,
-        tangents: &[M::Parameters<Dual<R>>; 2],
-        theta: &M::Parameters<R>,
+        tangents: [&[Dual<R>]; 2],
+        theta: &[R],
         error_scale: R,
-        gradient: &mut M::Parameters<R>,
+        gradient: &mut [R],
         derivatives: &mut [Self::Derivatives],
     ) -> R;
 }
 
 /// Gauss-Newton steps from initial parameters.
-pub struct GaussNewton<'a, M: Model, R: Real> {
-    /// theta_0.
-    pub initial: M::Parameters<R>,
+#[derive(Clone, Copy, Debug)]
+pub struct GaussNewton<'a, R> {
+    /// theta_0, a list in the model's order.
+    pub initial: &'a [R],
     /// The precision of each active parameter of a system.
     pub precision: &'a [R],
     /// The error at which the weight of a reading is halved.
@@ -71,41 +72,41 @@ pub struct GaussNewton<'a, M: Model, R: Real> {
 }
 
 /// A step, for its adjoint.
-pub struct Step<M: Model, R: Real> {
-    theta: M::Parameters<R>,
+pub struct Step<R> {
+    theta: Vec<R>,
     /// For each system: the packed factors, then delta.
     systems: Vec<R>,
 }
 
 /// The gradient of a fit.
-pub struct FitGradient<M: Model, R: Real> {
+pub struct FitGradient<R> {
     /// With respect to theta_0. The caller sets it to that with respect to the fitted parameters.
-    pub initial: M::Parameters<R>,
+    pub initial: Vec<R>,
     /// With respect to the precisions.
     pub precision: Vec<R>,
     /// With respect to the error scale.
     pub error_scale: R,
 }
 
-impl<M: Model, R: Real + numeric::Real> GaussNewton<'_, M, R> {
-    /// Returns the active parameters of a set, system by system.
-    fn active(parameters: &M::Parameters<R>) -> Vec<R> {
-        let (systems, count) = (M::ACTIVE.systems(), M::ACTIVE.count());
-        let indices = (0..systems).flat_map(|system| (0..count).map(move |k| (system, k)));
-        let entries = indices.map(|(system, k)| M::ACTIVE.index(system, k));
-        let list = parameters.as_slice();
-        entries.map(|index| list[index]).collect()
-    }
+/// Returns the active parameters, system by system.
+fn active<M: Model, R: Real>(parameters: &[R]) -> Vec<R> {
+    let count = M::ACTIVE.count();
+    let indices = 0..M::ACTIVE.systems() * count;
+    indices
+        .map(|index| parameters[M::ACTIVE.index(index / count, index % count)])
+        .collect()
+}
 
+impl<R: Real + numeric::Real> GaussNewton<'_, R> {
     /// Returns the fitted parameters, and the steps.
-    pub fn fit(
+    pub fn fit<M: Model>(
         &self,
         readings: &(impl ReadingList<M, R> + ?Sized),
-    ) -> (M::Parameters<R>, Vec<Step<M, R>>) {
+    ) -> (Vec<R>, Vec<Step<R>>) {
         let count = M::ACTIVE.count();
         let length = system_length(count);
-        let initial = Self::active(&self.initial);
-        let mut theta = self.initial.clone();
+        let initial = active::<M, R>(self.initial);
+        let mut theta = self.initial.to_vec();
         let steps = (0..self.steps).map(|_| {
             let mut systems = vec![R::constant(0.0); M::ACTIVE.systems() * length];
             readings.add_to_systems(&theta, self.error_scale, &mut systems);
@@ -113,8 +114,7 @@ impl<M: Model, R: Real + numeric::Real> GaussNewton<'_, M, R> {
             let each = systems.chunks_exact_mut(length);
             for (index, (system, initial)) in each.zip(initial.chunks_exact(count)).enumerate() {
                 let precision = self.precision.iter().copied();
-                let theta = theta.as_mut_slice();
-                take_step(M::ACTIVE, index, precision, initial, system, theta);
+                take_step(M::ACTIVE, index, precision, initial, system, &mut theta);
             }
             Step {
                 theta: before,
@@ -126,28 +126,22 @@ impl<M: Model, R: Real + numeric::Real> GaussNewton<'_, M, R> {
     }
 
     /// Propagates a gradient from the fitted parameters to theta_0, the precisions and the readings.
-    pub fn adjoint<L: ReadingList<M, R> + ?Sized>(
+    pub fn adjoint<M: Model, L: ReadingList<M, R> + ?Sized>(
         &self,
-        steps: &[Step<M, R>],
+        steps: &[Step<R>],
         readings: &L,
-        gradient: &mut FitGradient<M, R>,
+        gradient: &mut FitGradient<R>,
         derivatives: &mut [L::Derivatives],
     ) {
         let count = M::ACTIVE.count();
         let length = system_length(count);
-        let initial = Self::active(&self.initial);
+        let initial = active::<M, R>(self.initial);
         let mut by_initial = vec![R::constant(0.0); initial.len()];
         for step in steps.iter().rev() {
-            let dual = |value: &R| Dual {
-                value: *value,
-                tangent: [R::constant(0.0)],
-            };
-            let mut along_v = M::Parameters::filled(dual(&R::constant(0.0)));
-            for (entry, value) in along_v.iter_mut().zip(step.theta.iter()) {
-                *entry = dual(value);
-            }
+            let constants = step.theta.iter().map(|value| Dual::from_value(*value));
+            let mut along_v: Vec<Dual<R>> = constants.collect();
             let mut along_delta = along_v.clone();
-            let lambda = Self::active(&gradient.initial);
+            let lambda = active::<M, R>(&gradient.initial);
             for (index, system) in step.systems.chunks_exact(length).enumerate() {
                 let (packed, delta) = system.split_at(packed_length(count));
                 let range = index * count..(index + 1) * count;
@@ -156,19 +150,19 @@ impl<M: Model, R: Real + numeric::Real> GaussNewton<'_, M, R> {
                 let (initial, by_initial) = (&initial[range.clone()], &mut by_initial[range]);
                 for k in 0..count {
                     let position = M::ACTIVE.index(index, k);
-                    along_v.as_mut_slice()[position].tangent = [v[k]];
-                    along_delta.as_mut_slice()[position].tangent = [delta[k]];
-                    let theta = step.theta.as_slice()[position];
+                    along_v[position].tangent = [v[k]];
+                    along_delta[position].tangent = [delta[k]];
+                    let pulled = initial[k] - step.theta[position] - delta[k];
                     let by_precision = &mut gradient.precision[k];
-                    *by_precision = by_precision.plus_product(v[k], initial[k] - theta - delta[k]);
+                    *by_precision = by_precision.plus_product(v[k], pulled);
                     let pull = self.precision[k] * v[k];
                     by_initial[k] = by_initial[k] + pull;
-                    let entry = &mut gradient.initial.as_mut_slice()[position];
+                    let entry = &mut gradient.initial[position];
                     *entry = *entry - pull;
                 }
             }
             let by_error_scale = readings.adjoint(
-                &[along_v, along_delta],
+                [&along_v, &along_delta],
                 &step.theta,
                 self.error_scale,
                 &mut gradient.initial,
@@ -177,8 +171,7 @@ impl<M: Model, R: Real + numeric::Real> GaussNewton<'_, M, R> {
             gradient.error_scale = gradient.error_scale + by_error_scale;
         }
         for (index, entry) in by_initial.iter().enumerate() {
-            let position = M::ACTIVE.index(index / count, index % count);
-            let sum = &mut gradient.initial.as_mut_slice()[position];
+            let sum = &mut gradient.initial[M::ACTIVE.index(index / count, index % count)];
             *sum = *sum + *entry;
         }
     }
@@ -212,7 +205,7 @@ impl<S: Scalar> Objective<S> for LogBrdf<S> {
 /// (the others). Returns the derivatives with respect to the sample and to the error scale.
 #[inline(always)]
 fn sample_adjoint<M: Model, S: Scalar>(
-    along: &[M::Parameters<Dual<S::Parameter>>; 2],
+    along: [&M::Parameters<Dual<S::Parameter>>; 2],
     theta: &M::Parameters<S::Parameter>,
     sample: &Sample<S>,
     error_scale: S,
@@ -265,8 +258,9 @@ fn sample_adjoint<M: Model, S: Scalar>(
     }
     let mut objective = LogBrdf { factor: plain };
     let mut by_at = M::accumulate_objective::<S, _, true>(theta, &at, &mut objective, sums);
-    for (along, factor) in along.iter().zip(factors) {
-        let mut objective = LogBrdf { factor };
+    for (index, factor) in factors.iter().enumerate() {
+        let mut objective = LogBrdf { factor: *factor };
+        let along = along[index];
         let dual_by_at =
             M::accumulate_objective::<Dual<S>, _, true>(along, &dual_at, &mut objective, tangents);
         let sums = coordinates_mut(&mut by_at).into_iter();
@@ -294,21 +288,29 @@ fn sample_adjoint<M: Model, S: Scalar>(
 impl<M: Model, R: Real + numeric::Real> ReadingList<M, R> for [Sample<R>] {
     type Derivatives = ReadingAdjoint<R>;
 
-    fn add_to_systems(&self, theta: &M::Parameters<R>, error_scale: R, systems: &mut [R]) {
+    fn add_to_systems(&self, theta: &[R], error_scale: R, systems: &mut [R]) {
         for sample in self {
             let weights = [sample.weight, error_scale];
-            add_reading::<M, R>(theta, &sample.at, sample.measured, weights, systems);
+            add_reading::<M, R>(
+                set::<M, R>(theta),
+                &sample.at,
+                sample.measured,
+                weights,
+                systems,
+            );
         }
     }
 
     fn adjoint(
         &self,
-        tangents: &[M::Parameters<Dual<R>>; 2],
-        theta: &M::Parameters<R>,
+        tangents: [&[Dual<R>]; 2],
+        theta: &[R],
         error_scale: R,
-        gradient: &mut M::Parameters<R>,
+        gradient: &mut [R],
         derivatives: &mut [ReadingAdjoint<R>],
     ) -> R {
+        let (theta, gradient) = (set::<M, R>(theta), set_mut::<M, R>(gradient));
+        let tangents = tangents.map(set::<M, Dual<R>>);
         let mut sums = M::Parameters::filled([R::constant(0.0)]);
         let mut by_error_scale = R::constant(0.0);
         for (sample, sum) in self.iter().zip(derivatives) {
@@ -346,18 +348,20 @@ impl OctetAdjoint {
 impl<M: Model> ReadingList<M, f32> for SampleOctets<'_> {
     type Derivatives = OctetAdjoint;
 
-    fn add_to_systems(&self, theta: &M::Parameters<f32>, error_scale: f32, systems: &mut [f32]) {
-        octet_systems::<M>(self, theta, error_scale, systems);
+    fn add_to_systems(&self, theta: &[f32], error_scale: f32, systems: &mut [f32]) {
+        octet_systems::<M>(self, set::<M, f32>(theta), error_scale, systems);
     }
 
     fn adjoint(
         &self,
-        tangents: &[M::Parameters<Dual<f32>>; 2],
-        theta: &M::Parameters<f32>,
+        tangents: [&[Dual<f32>]; 2],
+        theta: &[f32],
         error_scale: f32,
-        gradient: &mut M::Parameters<f32>,
+        gradient: &mut [f32],
         derivatives: &mut [OctetAdjoint],
     ) -> f32 {
+        let (theta, gradient) = (set::<M, f32>(theta), set_mut::<M, f32>(gradient));
+        let tangents = tangents.map(set::<M, Dual<f32>>);
         octet_adjoint::<M>(self, tangents, theta, error_scale, gradient, derivatives)
     }
 }
@@ -410,7 +414,7 @@ kernel! {
     /// Computes [`ReadingList::adjoint`].
     fn octet_adjoint<'a, L: Lanes, M: Model>(
         samples: &'a SampleOctets<'a>,
-        tangents: &'a [M::Parameters<Dual<f32>>; 2],
+        tangents: [&'a M::Parameters<Dual<f32>>; 2],
         theta: &'a M::Parameters<f32>,
         error_scale: f32,
         gradient: &'a mut M::Parameters<f32>,

@@ -19,72 +19,128 @@ use crate::dual::Dual;
 use crate::lanes::{InstructionSet, Lanes, kernel};
 use crate::sums::{constant_sample, subtract_tangent};
 
-/// Copies a flat list in the model's order into a parameter set.
-pub fn unflatten<T: Value, P: ParameterSet<T>>(list: &[T], set: &mut P) {
-    for (entry, value) in set.iter_mut().zip(list) {
-        *entry = *value;
-    }
-}
-
 /// A single real number: f32 in training, f64 in tests.
 pub trait Real: Scalar<Parameter = Self, Sum = Self> {}
 impl<T: Scalar<Parameter = T, Sum = T>> Real for T {}
 
-/// Samples of a material, with sums over them.
+/// Returns a list in the model's order as a parameter set.
+pub(crate) fn set<M: Model, T: Value>(list: &[T]) -> &M::Parameters<T> {
+    M::Parameters::view(list).expect("a model has a fixed number of parameters")
+}
+
+/// Returns a list in the model's order as a parameter set.
+pub(crate) fn set_mut<M: Model, T: Value>(list: &mut [T]) -> &mut M::Parameters<T> {
+    M::Parameters::view_mut(list).expect("a model has a fixed number of parameters")
+}
+
+/// Samples of a material, with sums over them. Parameters, gradients and products are lists in the model's order.
 pub trait SampleList<M: Model, R: Real> {
     /// The derivatives with respect to one or several samples.
     type Derivatives;
 
     /// Returns the mean loss at `theta`, and writes its gradient with respect to `theta` to `gradient`.
-    fn gradient(&self, theta: &M::Parameters<R>, gradient: &mut M::Parameters<R>) -> R;
+    fn gradient(&self, theta: &[R], gradient: &mut [R]) -> R;
 
     /// Writes the product of the mean loss's Hessian and the tangent of `theta` to `product`. The derivatives of
     /// (gradient times tangent) with respect to the samples are *subtracted* from `derivatives`.
     fn product(
         &self,
-        theta: &M::Parameters<Dual<R>>,
-        product: &mut M::Parameters<R>,
+        theta: &[Dual<R>],
+        product: &mut [R],
         derivatives: Option<&mut [Self::Derivatives]>,
     );
 }
 
-/// The inner loop's initial parameters, step sizes and number of steps.
-pub struct InnerLoop<M: Model, R: Real> {
+/// The inner loop's initial parameters, step sizes and number of steps. The lists are in the model's order.
+#[derive(Clone, Copy, Debug)]
+pub struct InnerLoop<'a, R> {
     /// theta_0, the initial parameters.
-    pub initial: M::Parameters<R>,
+    pub initial: &'a [R],
     /// alpha, one step size per parameter.
-    pub step_sizes: M::Parameters<R>,
+    pub step_sizes: &'a [R],
     /// K, the number of steps.
     pub steps: usize,
 }
 
-impl<M: Model, R: Real> InnerLoop<M, R> {
-    /// Creates an inner loop from flat lists in the model's order.
-    #[must_use]
-    pub fn new(initial: &[R], step_sizes: &[R], steps: usize) -> Self {
-        let mut inner_loop = Self {
-            initial: M::Parameters::filled(R::constant(0.0)),
-            step_sizes: M::Parameters::filled(R::constant(0.0)),
-            steps,
-        };
-        unflatten(initial, &mut inner_loop.initial);
-        unflatten(step_sizes, &mut inner_loop.step_sizes);
-        inner_loop
+/// The outer loss after an inner loop, and its gradient.
+#[derive(Clone, Debug)]
+pub struct MetaGradient<R> {
+    /// The outer loss.
+    pub loss: R,
+    /// The gradient with respect to the initial parameters.
+    pub initial: Vec<R>,
+    /// The gradient with respect to the step sizes.
+    pub step_sizes: Vec<R>,
+}
+
+/// The gradient at theta_k, and theta_{k+1}.
+struct Step<R> {
+    gradient: Vec<R>,
+    next: Vec<R>,
+}
+
+impl<R: Real> InnerLoop<'_, R> {
+    /// Takes one step from theta_k.
+    fn step<M: Model>(&self, theta: &[R], inner: &(impl SampleList<M, R> + ?Sized)) -> Step<R> {
+        let mut gradient = vec![R::constant(0.0); theta.len()];
+        inner.gradient(theta, &mut gradient);
+        let mut next = theta.to_vec();
+        descend(&mut next, &gradient, self.step_sizes);
+        Step { gradient, next }
     }
 
     /// Returns the parameters after K steps on one list, without the meta-gradient.
-    pub fn fit(&self, inner: &(impl SampleList<M, R> + ?Sized)) -> M::Parameters<R> {
-        let mut theta = self.initial.clone();
-        let mut gradient = M::Parameters::filled(R::constant(0.0));
-        for _ in 0..self.steps {
-            inner.gradient(&theta, &mut gradient);
-            descend(
-                theta.as_mut_slice(),
-                gradient.as_slice(),
-                self.step_sizes.as_slice(),
-            );
+    pub fn fit<M: Model>(&self, inner: &(impl SampleList<M, R> + ?Sized)) -> Vec<R> {
+        let steps = 0..self.steps;
+        steps.fold(self.initial.to_vec(), |theta, _| {
+            self.step(&theta, inner).next
+        })
+    }
+
+    /// Fits to `inner`, one list for each step or a single list for all steps. Returns the loss over `outer`, and its
+    /// gradient with respect to the initial parameters and the step sizes.
+    ///
+    /// If `inner` is a single list, the gradient with respect to its samples is added to `derivatives`.
+    pub fn meta_gradient<M, I, O>(
+        &self,
+        inner: &[&I],
+        outer: &O,
+        mut derivatives: Option<&mut [I::Derivatives]>,
+    ) -> MetaGradient<R>
+    where
+        M: Model,
+        I: SampleList<M, R> + ?Sized,
+        O: SampleList<M, R> + ?Sized,
+    {
+        let list_at = |step: usize| inner[step % inner.len()];
+        let mut trajectory: Vec<Step<R>> = Vec::with_capacity(self.steps);
+        for index in 0..self.steps {
+            let theta = trajectory.last().map_or(self.initial, |step| &step.next);
+            trajectory.push(self.step(theta, list_at(index)));
         }
-        theta
+        let fitted = trajectory.last().map_or(self.initial, |step| &step.next);
+        let zeros = vec![R::constant(0.0); self.initial.len()];
+        let mut lambda = zeros.clone();
+        let loss = outer.gradient(fitted, &mut lambda);
+
+        let mut by_step_sizes = zeros.clone();
+        let mut dual = vec![Dual::constant(0.0); zeros.len()];
+        let mut product = zeros;
+        while let Some(Step { gradient, .. }) = trajectory.pop() {
+            let theta = trajectory.last().map_or(self.initial, |step| &step.next);
+            let forward = [theta, &gradient, self.step_sizes];
+            ascend(forward, &lambda, &mut by_step_sizes, &mut dual);
+            let list = list_at(trajectory.len());
+            list.product(&dual, &mut product, derivatives.as_deref_mut());
+            for (lambda, product) in lambda.iter_mut().zip(&product) {
+                *lambda = *lambda - *product;
+            }
+        }
+        MetaGradient {
+            loss,
+            initial: lambda,
+            step_sizes: by_step_sizes,
+        }
     }
 }
 
@@ -121,94 +177,14 @@ kernel! {
     }
 }
 
-/// The gradient at theta_k, and theta_{k+1}.
-struct Step<M: Model, R: Real> {
-    gradient: M::Parameters<R>,
-    next: M::Parameters<R>,
-}
-
-/// The meta-gradient, and the memory of both sweeps, which is reused from task to task.
-pub struct MetaGradient<M: Model, R: Real> {
-    /// The gradient with respect to the initial parameters.
-    pub initial: M::Parameters<R>,
-    /// The gradient with respect to the step sizes.
-    pub step_sizes: M::Parameters<R>,
-    trajectory: Vec<Step<M, R>>,
-}
-
-impl<M: Model, R: Real> Default for MetaGradient<M, R> {
-    fn default() -> Self {
-        Self {
-            initial: M::Parameters::filled(R::constant(0.0)),
-            step_sizes: M::Parameters::filled(R::constant(0.0)),
-            trajectory: Vec::new(),
-        }
-    }
-}
-
-impl<M: Model, R: Real> MetaGradient<M, R> {
-    /// Fits to `inner`, one list for each step or a single list for all steps. Returns the loss over `outer`, and
-    /// computes its gradient with respect to the initial parameters and the step sizes.
-    ///
-    /// If `inner` is a single list, the gradient with respect to its samples is added to `derivatives`.
-    pub fn compute<I: SampleList<M, R> + ?Sized, O: SampleList<M, R> + ?Sized>(
-        &mut self,
-        inner_loop: &InnerLoop<M, R>,
-        inner: &[&I],
-        outer: &O,
-        mut derivatives: Option<&mut [I::Derivatives]>,
-    ) -> R {
-        let list_at = |step: usize| inner[step % inner.len()];
-        let zero = || M::Parameters::filled(R::constant(0.0));
-        self.trajectory.resize_with(inner_loop.steps, || Step {
-            gradient: zero(),
-            next: zero(),
-        });
-        let step_sizes = inner_loop.step_sizes.as_slice();
-        let mut theta = &inner_loop.initial;
-        for (index, step) in self.trajectory.iter_mut().enumerate() {
-            list_at(index).gradient(theta, &mut step.gradient);
-            step.next.clone_from(theta);
-            descend(
-                step.next.as_mut_slice(),
-                step.gradient.as_slice(),
-                step_sizes,
-            );
-            theta = &step.next;
-        }
-        let lambda = &mut self.initial;
-        let loss = outer.gradient(theta, lambda);
-
-        self.step_sizes = zero();
-        let mut dual = M::Parameters::filled(Dual::constant(0.0));
-        let mut product = zero();
-        for (index, step) in self.trajectory.iter().enumerate().rev() {
-            let theta = match index.checked_sub(1) {
-                Some(last) => &self.trajectory[last].next,
-                None => &inner_loop.initial,
-            };
-            ascend(
-                [theta.as_slice(), step.gradient.as_slice(), step_sizes],
-                lambda.as_slice(),
-                self.step_sizes.as_mut_slice(),
-                dual.as_mut_slice(),
-            );
-            list_at(index).product(&dual, &mut product, derivatives.as_deref_mut());
-            for (lambda, product) in lambda.iter_mut().zip(product.iter()) {
-                *lambda = *lambda - *product;
-            }
-        }
-        loss
-    }
-}
-
-/// Sums sample by sample on one thread, for tests in double precision.
+/// Sums sample by sample on one thread.
 impl<M: Model, R: Real> SampleList<M, R> for [Sample<R>] {
     type Derivatives = SampleGradient<R>;
 
-    fn gradient(&self, theta: &M::Parameters<R>, gradient: &mut M::Parameters<R>) -> R {
+    fn gradient(&self, theta: &[R], gradient: &mut [R]) -> R {
         let zero = R::constant(0.0);
-        gradient.iter_mut().for_each(|entry| *entry = zero);
+        gradient.fill(zero);
+        let (theta, gradient) = (set::<M, R>(theta), set_mut::<M, R>(gradient));
         self.iter().fold(zero, |sum, sample| {
             sum + M::accumulate_gradient::<R, false>(theta, sample, gradient).loss()
         })
@@ -216,10 +192,11 @@ impl<M: Model, R: Real> SampleList<M, R> for [Sample<R>] {
 
     fn product(
         &self,
-        theta: &M::Parameters<Dual<R>>,
-        product: &mut M::Parameters<R>,
+        theta: &[Dual<R>],
+        product: &mut [R],
         derivatives: Option<&mut [SampleGradient<R>]>,
     ) {
+        let theta = set::<M, Dual<R>>(theta);
         let mut sums = M::Parameters::filled([R::constant(0.0)]);
         let mut derivatives = derivatives.into_iter().flatten();
         for sample in self {
@@ -230,8 +207,6 @@ impl<M: Model, R: Real> SampleList<M, R> for [Sample<R>] {
                 subtract_tangent(derivatives, sample_gradient.gradient);
             }
         }
-        for (entry, [sum]) in product.iter_mut().zip(sums.iter()) {
-            *entry = *sum;
-        }
+        product.copy_from_slice(sums.as_slice().as_flattened());
     }
 }

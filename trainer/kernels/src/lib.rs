@@ -20,7 +20,7 @@
 //! - [`peak`]: the machine's peak throughput
 //! - `crew`: threads that stay awake during a computation
 //! - `parallel`: sums that a crew shares
-//! - [`lane_model`]: the trait that provides these kernels for a model, and its implementations
+//! - `model_kernels`: the table of these kernels of each model
 //! - [`scan`]: the device's scan on the host, for any recipe
 
 pub mod brdf;
@@ -31,8 +31,8 @@ mod crew;
 pub mod dual;
 pub mod gauss_newton;
 pub mod inner_loop;
-pub mod lane_model;
 pub mod lanes;
+mod model_kernels;
 mod operators;
 mod parallel;
 pub mod peak;
@@ -41,4 +41,4 @@ pub mod scan;
 pub mod sums;
 
 pub use dual::Dual;
-pub use lane_model::LaneModel;
+pub use model_kernels::{ModelKernels, NEURAL};

@@ -5,10 +5,11 @@
 use std::ops::Range;
 
 use glimpse_core::model::{Model, ParameterSet, SampleGradient};
+use glimpse_core::numeric::Value;
 
 use crate::crew::Crew;
 use crate::dual::Dual;
-use crate::inner_loop::SampleList;
+use crate::inner_loop::{SampleList, set, set_mut};
 use crate::lanes::{MAX_OCTETS, Octet};
 use crate::samples::SampleOctets;
 use crate::sums;
@@ -39,32 +40,47 @@ pub(crate) fn chunks(samples: &SampleOctets<'_>) -> Vec<Range<usize>> {
 }
 
 impl<'s, M: Model> SharedList<'_, 's, M> {
+    /// Returns samples whose sums are computed by this thread.
+    pub(crate) fn alone(samples: &'s SampleOctets<'s>) -> Self {
+        Self {
+            samples,
+            crew: None,
+        }
+    }
+
     /// Computes the sum over all octets at `theta`, where `compute` is the sum over some. Returns the loss.
-    fn sum<T: Clone + Send + Sync + 's>(
+    #[expect(
+        clippy::type_complexity,
+        reason = "the signature of the kernels in `sums`"
+    )]
+    fn sum<T: Value + Send + Sync>(
         &self,
-        theta: &T,
-        sum: &mut M::Parameters<f32>,
-        compute: fn(&T, &'s SampleOctets<'s>, Range<usize>, &mut M::Parameters<f32>) -> f32,
+        theta: &[T],
+        sum: &mut [f32],
+        compute: fn(
+            &M::Parameters<T>,
+            &'s SampleOctets<'s>,
+            Range<usize>,
+            &mut M::Parameters<f32>,
+        ) -> f32,
     ) -> f32 {
-        let samples = self.samples;
+        let (theta, samples) = (set::<M, T>(theta), self.samples);
         let chunks = chunks(samples);
         let count = chunks.len();
         if count <= 1 {
-            return compute(theta, samples, 0..samples.octets(), sum);
+            return compute(theta, samples, 0..samples.octets(), set_mut::<M, f32>(sum));
         }
         let theta = theta.clone();
         let chunk_sum = move |chunk: usize| {
             let mut sum = M::Parameters::filled(0.0);
-            (
-                compute(&theta, samples, chunks[chunk].clone(), &mut sum),
-                sum,
-            )
+            let loss = compute(&theta, samples, chunks[chunk].clone(), &mut sum);
+            (loss, sum)
         };
         let sums: Vec<Sum<M>> = match self.crew {
             Some(crew) => crew.map(count, chunk_sum),
             None => (0..count).map(chunk_sum).collect(),
         };
-        *sum = M::Parameters::filled(0.0);
+        sum.fill(0.0);
         for (_, chunk) in &sums {
             for (entry, value) in sum.iter_mut().zip(chunk.iter()) {
                 *entry += value;
@@ -77,18 +93,19 @@ impl<'s, M: Model> SharedList<'_, 's, M> {
 impl<M: Model> SampleList<M, f32> for SharedList<'_, '_, M> {
     type Derivatives = SampleGradient<Octet>;
 
-    fn gradient(&self, theta: &M::Parameters<f32>, gradient: &mut M::Parameters<f32>) -> f32 {
+    fn gradient(&self, theta: &[f32], gradient: &mut [f32]) -> f32 {
         self.sum(theta, gradient, sums::gradient::<M>)
     }
 
     fn product(
         &self,
-        theta: &M::Parameters<Dual<f32>>,
-        product: &mut M::Parameters<f32>,
+        theta: &[Dual<f32>],
+        product: &mut [f32],
         derivatives: Option<&mut [SampleGradient<Octet>]>,
     ) {
         if derivatives.is_some() {
             let octets = 0..self.samples.octets();
+            let (theta, product) = (set::<M, _>(theta), set_mut::<M, _>(product));
             return sums::product::<M>(theta, self.samples, octets, product, derivatives);
         }
         self.sum(theta, product, |theta, samples, octets, product| {

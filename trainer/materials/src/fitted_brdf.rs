@@ -1,10 +1,8 @@
 //! The BRDF of a fit.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::{Model, ModelKind, Neural, NeuralParameters, ParameterSet};
-use glimpse_kernels::brdf::with_derivative;
-use glimpse_kernels::inner_loop::unflatten;
-use glimpse_kernels::{LaneModel, with_model};
+use glimpse_core::model::{ModelKind, NeuralParameters, ParameterSet};
+use glimpse_kernels::ModelKernels;
 
 use crate::Brdf;
 use crate::basis::{Basis, Reconstruction};
@@ -50,13 +48,9 @@ impl FittedBrdf {
     /// Returns the weights of the model Neural, or None for other models.
     #[must_use]
     pub fn network(&self) -> Option<NeuralParameters<f32>> {
-        (self.model == ModelKind::Neural).then(|| self.parameters::<Neural>())
-    }
-
-    fn parameters<M: Model>(&self) -> M::Parameters<f32> {
-        let mut parameters = M::Parameters::filled(0.0);
-        unflatten(&self.values, &mut parameters);
-        parameters
+        (self.model == ModelKind::Neural)
+            .then(|| NeuralParameters::view(&self.values).copied())
+            .flatten()
     }
 
     /// Returns the BRDF at angles in radians, and for each channel its derivatives with respect to theta_h, theta_d and
@@ -69,10 +63,12 @@ impl FittedBrdf {
             let derivative = duals.map(|dual| dual.tangent.map(|value| value as f32));
             return (brdf, derivative);
         }
-        // The last arm is never used: the model Linear has a reconstruction.
-        with_model!(self.model, M => {
-            with_derivative::<M>(&self.parameters::<M>(), angles)
-        }, _ => ([f32::NAN; 3], [[f32::NAN; 3]; 3]))
+        // Linear, which has no kernels, has a reconstruction.
+        let none = ([f32::NAN; 3], [[f32::NAN; 3]; 3]);
+        let kernels = ModelKernels::of(self.model);
+        kernels.map_or(none, |kernels| {
+            (kernels.brdf_with_derivative)(&self.values, angles)
+        })
     }
 }
 
@@ -81,9 +77,9 @@ impl Brdf for FittedBrdf {
         if let Some(reconstruction) = &self.reconstruction {
             return reconstruction.evaluate(at, brdf);
         }
-        // The last arm is never used: the model Linear has a reconstruction.
-        with_model!(self.model, M => {
-            <M as LaneModel>::evaluate(&self.parameters::<M>(), at, brdf);
-        }, _ => brdf.fill([f32::NAN; 3]));
+        match ModelKernels::of(self.model) {
+            Some(kernels) => (kernels.evaluate)(&self.values, at, brdf),
+            None => brdf.fill([f32::NAN; 3]),
+        }
     }
 }

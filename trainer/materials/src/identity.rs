@@ -28,6 +28,15 @@ impl Identity {
             digest: digest(material),
         }
     }
+
+    /// Returns the identities of materials.
+    #[must_use]
+    pub fn list(materials: &[Box<dyn Material>]) -> Vec<Self> {
+        materials
+            .iter()
+            .map(|material| Self::new(&**material))
+            .collect()
+    }
 }
 
 /// Returns the CRC-32 (ISO-HDLC) of a material's BRDF at 64 fixed directions, three little-endian f32 each.

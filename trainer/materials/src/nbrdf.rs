@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 use glimpse_kernels::brdf::{neural_batch_with_derivatives, with_derivative};
-use glimpse_kernels::{Dual, LaneModel};
+use glimpse_kernels::{Dual, NEURAL};
 
 use serde::Deserialize;
 
@@ -109,7 +109,7 @@ impl Brdf for NeuralBrdf {
     }
 
     fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        <Neural as LaneModel>::evaluate(&self.parameters, at, brdf);
+        (NEURAL.evaluate)(self.parameters.as_slice(), at, brdf);
     }
 }
 

@@ -5,15 +5,15 @@ mod neural;
 
 use std::time::Instant;
 
-use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
-use glimpse_kernels::LaneModel;
-use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient};
+use glimpse_core::model::ModelKind;
+use glimpse_kernels::ModelKernels;
+use glimpse_kernels::inner_loop::InnerLoop;
 use glimpse_materials::sampling::sobol_valid;
 use glimpse_materials::{Material, Procedural};
 use glimpse_training::meta::initialization::initial_guess;
 use glimpse_training::meta::pattern::Pattern;
 use glimpse_training::meta::run::INNER_STEPS;
-use glimpse_training::meta::samples::{SampledMaterial, WeightedSamples};
+use glimpse_training::meta::tasks::samples::{SampledMaterial, WeightedSamples};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -89,20 +89,21 @@ impl Workload {
     /// pool takes about 10 us.
     #[must_use]
     pub fn items(&self, model: Option<ModelKind>) -> Vec<Item<'_>> {
-        let mut items: Vec<Item<'_>> = self.items_of::<Neural>().into();
-        items.extend(self.items_of::<Phong>());
-        items.extend(self.items_of::<CookTorrance>());
-        items.retain(|item| model.is_none_or(|model| item.model == model));
-        items
+        [ModelKind::Neural, ModelKind::Phong, ModelKind::CookTorrance]
+            .into_iter()
+            .filter(|each| model.is_none_or(|model| model == *each))
+            .filter_map(ModelKernels::of)
+            .flat_map(|kernels| self.items_of(kernels))
+            .collect()
     }
 
-    fn items_of<'a, M: LaneModel + 'a>(&'a self) -> [Item<'a>; 3] {
+    fn items_of(&self, kernels: &'static ModelKernels) -> [Item<'_>; 3] {
         let item = |work, is_parallel, multiply_accumulates, run| Item {
-            model: M::KIND,
+            model: kernels.model,
             work,
             is_parallel,
-            multiply_accumulates: Some(multiply_accumulates)
-                .filter(|_| M::KIND == ModelKind::Neural),
+            multiply_accumulates: (kernels.model == ModelKind::Neural)
+                .then_some(multiply_accumulates),
             run,
         };
         [
@@ -110,45 +111,45 @@ impl Workload {
                 "20 steps of 512 fresh samples, outer 512",
                 true,
                 neural::outer_step(512, 512, false),
-                self.fresh_samples_run::<M>(512, 512),
+                self.fresh_samples_run(kernels, 512, 512),
             ),
             item(
                 "20 steps of a pattern of 8, outer 512",
                 false,
                 neural::outer_step(PATTERN_SIZE, 512, true),
-                self.pattern_run::<M>(512),
+                self.pattern_run(kernels, 512),
             ),
             item(
                 "20 steps of a pattern of 8, outer 25,000",
                 true,
                 neural::outer_step(PATTERN_SIZE, 25_000, true),
-                self.pattern_run::<M>(25_000),
+                self.pattern_run(kernels, 25_000),
             ),
         ]
     }
 
     /// Returns one run of the paper's first stage: fresh samples at every step.
-    fn fresh_samples_run<'a, M: LaneModel + 'a>(
-        &'a self,
+    fn fresh_samples_run(
+        &self,
+        kernels: &'static ModelKernels,
         inner: usize,
         outer: usize,
-    ) -> Box<dyn FnMut() + 'a> {
-        let inner_loop = untrained_inner_loop::<M>();
+    ) -> Box<dyn FnMut() + '_> {
+        let untrained = untrained(kernels.model);
         let mut generator = generator();
         let mut draw = |count| self.pool.draw(count, &mut generator);
-        let draws: Vec<_> = (0..inner_loop.steps).map(|_| draw(inner)).collect();
+        let draws: Vec<_> = (0..INNER_STEPS).map(|_| draw(inner)).collect();
         let outer = draw(outer);
-        let mut gradient = MetaGradient::<M, f32>::default();
         Box::new(move || {
             let lists: Vec<_> = draws.iter().map(|draw| draw.octets()).collect();
-            M::meta_gradient(&mut gradient, &inner_loop, &lists, &outer.octets(), None);
+            (kernels.meta_gradient)(&inner_loop(&untrained), &lists, &outer.octets(), None);
         })
     }
 
     /// Returns one run of the paper's second stage: the pattern's samples at every step, and the gradient with respect
     /// to the pattern.
-    fn pattern_run<'a, M: LaneModel + 'a>(&'a self, outer: usize) -> Box<dyn FnMut() + 'a> {
-        let inner_loop = untrained_inner_loop::<M>();
+    fn pattern_run(&self, kernels: &'static ModelKernels, outer: usize) -> Box<dyn FnMut() + '_> {
+        let untrained = untrained(kernels.model);
         let outer = self.pool.draw(outer, &mut generator());
         let pattern = &self.pattern;
         let brdf = pattern
@@ -157,16 +158,13 @@ impl Workload {
             .map(|at| self.material.at_angles(*at));
         let brdf: Vec<[f32; 3]> = brdf.collect();
         let measured = WeightedSamples::present(pattern.octet_directions(), &brdf, pattern.valid());
-        let mut gradient = MetaGradient::<M, f32>::default();
         Box::new(move || {
             let inner = measured.octets();
             let mut derivatives = inner.zero_derivatives();
-            let outer = outer.octets();
-            M::meta_gradient(
-                &mut gradient,
-                &inner_loop,
+            (kernels.meta_gradient)(
+                &inner_loop(&untrained),
                 &[inner],
-                &outer,
+                &outer.octets(),
                 Some(&mut derivatives),
             );
             std::hint::black_box(
@@ -176,11 +174,19 @@ impl Workload {
     }
 }
 
-/// Returns an inner loop with untrained initial parameters and step sizes.
-fn untrained_inner_loop<M: LaneModel>() -> InnerLoop<M, f32> {
-    let initial = initial_guess(M::KIND, &mut generator());
+/// Returns untrained initial parameters and step sizes.
+fn untrained(model: ModelKind) -> [Vec<f32>; 2] {
+    let initial = initial_guess(model, &mut generator());
     let step_sizes = vec![1e-3; initial.len()];
-    InnerLoop::new(&initial, &step_sizes, INNER_STEPS)
+    [initial, step_sizes]
+}
+
+fn inner_loop([initial, step_sizes]: &[Vec<f32>; 2]) -> InnerLoop<'_, f32> {
+    InnerLoop {
+        initial,
+        step_sizes,
+        steps: INNER_STEPS,
+    }
 }
 
 /// Returns a generator of random numbers in its initial state.

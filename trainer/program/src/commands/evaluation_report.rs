@@ -5,7 +5,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::{Estimate, Report, TargetReport, TrainingOverlap};
 use glimpse_evaluation::metrics::METRICS;
 use glimpse_fitting::export::expectation;
-use glimpse_training::meta::completion::loss_predictor::rank_correlation;
+use glimpse_training::meta::prior::loss_predictor::rank_correlation;
 use glimpse_training::recipe::{Metadata, MetadataError};
 use serde::Serialize;
 use serde_json::{Value, json};

@@ -3,7 +3,7 @@
 use glimpse_core::recipe::Recipe;
 use glimpse_fitting::bundled;
 use glimpse_materials::{Origin, SourceShare};
-use glimpse_training::meta::learned::{ValidatedLoss, ValidationSplit};
+use glimpse_training::meta::expected_loss::{ValidatedLoss, ValidationSplit};
 use glimpse_training::recipe::{Metadata, MetadataError};
 
 /// Describes the expected loss that a recipe states; None if it states none. The text starts with the number.

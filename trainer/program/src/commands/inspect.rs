@@ -8,7 +8,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_fitting::export::to_json;
 use glimpse_fitting::measurement::NamedRecipe;
 use glimpse_materials::Identity;
-use glimpse_training::meta::completion::task::Noise;
+use glimpse_training::meta::tasks::task::Noise;
 use glimpse_training::recipe::{Metadata, MetadataError};
 use glimpse_training::route::{Order, Route, axes_from_angles};
 

@@ -5,11 +5,10 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
 use glimpse_kernels::completion::Shape;
 use glimpse_materials::Identity;
-use serde::{Deserialize, Serialize};
 
-use super::completion::correction::bounded_precision;
-use super::completion::loss_predictor::LossPredictor;
-use super::objective::LossEstimate;
+use super::correction::bounded_precision;
+use super::expected_loss::ValidatedLoss;
+use super::prior::loss_predictor::LossPredictor;
 use crate::linear::ComponentsAt;
 
 /// The result of a training run.
@@ -138,51 +137,4 @@ pub struct LearnedSteps {
     pub center: Vec<f32>,
     /// The components there: a row of m values for each direction.
     pub rows: Vec<f32>,
-}
-
-/// The expected loss on an unseen material, and the materials it was estimated on.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ValidatedLoss {
-    /// The estimate.
-    pub estimate: LossEstimate,
-    /// The materials.
-    pub split: ValidationSplit,
-}
-
-/// The materials of an expected loss.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ValidationSplit {
-    /// Materials held out of training.
-    HeldOut,
-    /// The training materials. Their loss does not predict that of other materials.
-    Training,
-    /// The training materials, each with a basis of the others.
-    LeftOut,
-    /// The training materials, each by a training without its fold.
-    Folds,
-}
-
-impl ValidationSplit {
-    /// Returns the name in JSON.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::HeldOut => "held-out",
-            Self::Training => "training",
-            Self::LeftOut => "left-out",
-            Self::Folds => "folds",
-        }
-    }
-
-    /// Describes the materials in words that follow "materials of" and a source.
-    #[must_use]
-    pub const fn description(self) -> &'static str {
-        match self {
-            Self::HeldOut => "held out of training",
-            Self::Training => "that it was trained on",
-            Self::LeftOut => "that it was trained on, each with a basis of others",
-            Self::Folds => "that it was trained on, each by what was trained without it",
-        }
-    }
 }

@@ -11,11 +11,11 @@ use glimpse_materials::setting::{Setting, SettingError, SettingNames};
 use glimpse_materials::{Identity, Origin, SourceShare};
 use serde::Serialize;
 
-use super::completion::task::Noise;
 use super::identity::{RunIdentity, digest};
 use super::outer::CheckpointOptions;
 use super::plan::{Effort, PretrainedInit, Schedule, TrainedParts};
 use super::scan_budget::{Motion, ScanBudget, ScanBudgetError};
+use super::tasks::task::Noise;
 use crate::linear::Prior;
 use crate::route::MachineError;
 

@@ -2,8 +2,25 @@
 
 use glimpse_optimizer::Groups;
 
+use crate::linear::add_scaled;
+
 /// Meta-parameters, or their gradient.
 pub type Values = Groups<Vec<f32>>;
+
+/// Returns the sum of losses and gradients in their order, multiplied by `share`.
+#[must_use]
+pub fn scaled_sum(share: f32, tasks: &[(f32, Values)]) -> (f32, Values) {
+    let mut loss = 0.0;
+    let mut sum = Values::default();
+    for (task_loss, gradients) in tasks {
+        loss += share * task_loss;
+        for (sum, gradient) in sum.each_mut().into_iter().zip(gradients.each()) {
+            sum.resize(gradient.len(), 0.0);
+            add_scaled(sum, share, gradient);
+        }
+    }
+    (loss, sum)
+}
 
 /// An outer step. Phase and step select its random numbers.
 #[derive(Clone, Copy, Debug)]

@@ -8,7 +8,7 @@ use glimpse_materials::basis::Basis;
 
 use super::file::{RecipeDefect, RecipeFile};
 use crate::linear::ComponentsAt;
-use crate::meta::completion::correction::bounded_precision;
+use crate::meta::correction::bounded_precision;
 
 impl RecipeFile {
     /// Returns the recipe of readings at directions, angles in radians, which this recipe without a pattern fits.

@@ -11,12 +11,12 @@ use glimpse_materials::{Identity, SourceShare};
 use serde::{Deserialize, Serialize};
 
 use crate::linear::Prior;
-use crate::meta::completion::task::Noise;
-use crate::meta::learned::ValidatedLoss;
+use crate::meta::expected_loss::ValidatedLoss;
 use crate::meta::options::Options;
 use crate::meta::plan::TrainedParts;
 use crate::meta::plan::{Effort, Schedule};
 use crate::meta::scan_budget::ScanBudget;
+use crate::meta::tasks::task::Noise;
 use crate::route::Machine;
 
 /// The version of the encoding.

@@ -10,13 +10,13 @@ use glimpse_kernels::completion::split_lists;
 use super::file::{RecipeDefect, RecipeFile};
 use super::metadata::{Metadata, Training};
 use super::quantize::quantize;
-use crate::meta::completion::task::Noise;
 use crate::meta::learned::{
     LearnedFit, LearnedNet, LearnedRecipe, LearnedRefinement, LearnedRidge, LearnedSgd,
     LearnedSteps,
 };
 use crate::meta::options::{CompletionOptions, Options};
 use crate::meta::plan::Schedule;
+use crate::meta::tasks::task::Noise;
 
 /// The training result is not a valid recipe.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

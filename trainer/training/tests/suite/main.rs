@@ -4,6 +4,5 @@ mod linear;
 mod meta_gradient;
 mod metadata;
 mod nets;
-mod problem;
 mod scan_budget;
 mod support;

@@ -2,12 +2,11 @@
 
 use glimpse_core::gonio::Limits;
 use glimpse_materials::{Identity, Origin, SourceShare};
-use glimpse_training::meta::completion::task::Noise;
-use glimpse_training::meta::learned::{ValidatedLoss, ValidationSplit};
-use glimpse_training::meta::objective::LossEstimate;
+use glimpse_training::meta::expected_loss::{LossEstimate, ValidatedLoss, ValidationSplit};
 use glimpse_training::meta::plan::TrainedParts;
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::scan_budget::ScanBudget;
+use glimpse_training::meta::tasks::task::Noise;
 use glimpse_training::recipe::{Metadata, MetadataError, Training};
 use glimpse_training::route::Axes;
 use proptest::prelude::*;

@@ -8,10 +8,9 @@ use glimpse_core::model::{Model, Neural};
 use glimpse_gradcheck::parameters;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, NeuralBrdf, Procedural};
-use glimpse_training::meta::completion::highlight_warp::HighlightWarp;
-use glimpse_training::meta::completion::pool::WarpedPool;
 use glimpse_training::meta::outer::OuterLoop;
 use glimpse_training::meta::phase::Values;
+use glimpse_training::meta::tasks::pool::WarpedPool;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
@@ -47,8 +46,7 @@ pub(crate) fn angles_from_array([theta_h, theta_d, phi_d]: [f64; 3]) -> Angles<f
 
 /// Returns materials at `size` uniform directions.
 pub(crate) fn pool(materials: Vec<Box<dyn Material>>, size: usize, seed: u64) -> WarpedPool {
-    let warps = [HighlightWarp::IDENTITY];
-    WarpedPool::new(materials.into(), 0, &warps, uniform_valid(size, seed))
+    WarpedPool::new(materials.into(), 0, uniform_valid(size, seed))
 }
 
 /// Returns the bits of all numbers.

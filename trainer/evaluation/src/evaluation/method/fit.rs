@@ -1,11 +1,11 @@
 //! Fits of a method to one material.
 
-use glimpse_core::fit::{Channels, Estimator, ScanModel, Sgd};
+use glimpse_core::fit::{AnyModel, Channels, Estimator, ScanModel, Sgd};
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::{Model, ModelKind, Sample, Samples, Slot, slot_of};
+use glimpse_core::model::{ModelKind, Sample, Samples, Slot, slot_of};
 use glimpse_core::recipe::Recipe;
+use glimpse_kernels::ModelKernels;
 use glimpse_kernels::scan::{LossPrediction, ScanOutcome, scan_with_missing};
-use glimpse_kernels::with_model;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{FittedBrdf, Material};
 use glimpse_training::linear::{ComponentsAt, Posterior, PosteriorReading};
@@ -117,24 +117,17 @@ impl Method<'_> {
                     .collect();
                 ComponentsAt::new(basis, angles.to_vec()).fit(precision, &measured)
             }
-            FitAlgorithm::SgdAnywhere(descent) => with_model!(
-                self.model(), M => descend::<M>(*descent, &measure(material, angles)),
-                _ => Vec::new()
-            ),
-            FitAlgorithm::Adam(model, steps) => with_model!(
-                *model, M => adam::random::<M>(&measure(material, angles), *steps, seed),
-                _ => Vec::new()
-            ),
-            FitAlgorithm::Optimum(model, steps) => with_model!(
-                *model, M => adam::optimum::<M>(material, *steps, seed), _ => Vec::new()
-            ),
+            FitAlgorithm::SgdAnywhere(sgd) => descend(*sgd, &measure(material, angles)),
+            FitAlgorithm::Adam(model, steps) => ModelKernels::of(*model)
+                .map(|kernels| adam::random(kernels, &measure(material, angles), *steps, seed))
+                .unwrap_or_default(),
+            FitAlgorithm::Optimum(model, steps) => ModelKernels::of(*model)
+                .map(|kernels| adam::optimum(kernels, material, *steps, seed))
+                .unwrap_or_default(),
         };
-        let parameters = match self.refinement_steps {
-            0 => parameters,
-            steps => with_model!(
-                self.model(), M => adam::refine::<M>(&parameters, material, steps, seed),
-                _ => parameters
-            ),
+        let parameters = match (self.refinement_steps, ModelKernels::of(self.model())) {
+            (0, _) | (_, None) => parameters,
+            (steps, Some(kernels)) => adam::refine(kernels, parameters, material, steps, seed),
         };
         let basis = self.basis();
         if let (ModelKind::Linear, Some(basis)) = (self.model(), basis) {
@@ -169,8 +162,8 @@ pub fn measure(material: &dyn Material, angles: &[Angles<f32>]) -> Vec<Sample<f3
 }
 
 /// Runs a recipe's SGD at other directions than its own, with the code of glimpse-core but without a scan.
-fn descend<M: Model>(sgd: Sgd<'_>, samples: &[Sample<f32>]) -> Vec<f32> {
-    let Ok(functions) = M::functions(M::KIND) else {
+fn descend(sgd: Sgd<'_>, samples: &[Sample<f32>]) -> Vec<f32> {
+    let Ok(functions) = AnyModel::functions(sgd.model) else {
         return Vec::new();
     };
     let estimator = Estimator::Sgd(sgd);

@@ -4,11 +4,11 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::{Identity, Source, SourceShare};
-use glimpse_training::meta::completion::task::Noise;
-use glimpse_training::meta::learned::{LearnedFit, LearnedRidge, ValidatedLoss, ValidationSplit};
-use glimpse_training::meta::objective::LossEstimate;
+use glimpse_training::meta::expected_loss::{LossEstimate, ValidatedLoss, ValidationSplit};
+use glimpse_training::meta::learned::{LearnedFit, LearnedRidge};
 use glimpse_training::meta::plan::TrainedParts;
 use glimpse_training::meta::plan::{Effort, Schedule};
+use glimpse_training::meta::tasks::task::Noise;
 use glimpse_training::recipe::{Metadata, RecipeFile, Training, pack_fit};
 use serde_json::{Value, json};
 

@@ -32,7 +32,7 @@ use glimpse_core::fit::Estimator;
 use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::names;
 use glimpse_materials::{Identity, Material, Procedural, digest};
-use glimpse_training::meta::learned::ValidationSplit;
+use glimpse_training::meta::expected_loss::ValidationSplit;
 use glimpse_training::meta::plan::TrainedParts;
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::recipe::Metadata;

@@ -1,33 +1,27 @@
 //! Overflow of single precision in training.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::{CookTorrance, CookTorranceParameters, ParameterSet};
+use glimpse_core::model::ModelKind;
 use glimpse_kernels::lanes::{InstructionSet, Octet, WIDTH};
 use glimpse_kernels::samples::SampleOctets;
-use glimpse_kernels::{Dual, LaneModel};
+use glimpse_kernels::{Dual, ModelKernels};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use glimpse_gradcheck::parameters;
+use super::forward::flat;
 
 /// Returns the loss, its gradient, a Hessian-vector product, and the product's derivatives with respect to the samples.
 fn gradient_and_product(
-    theta: &CookTorranceParameters<Dual<f32>>,
+    kernels: &ModelKernels,
+    theta: &[Dual<f32>; 8],
     samples: &SampleOctets<'_>,
 ) -> Vec<f32> {
-    let mut gradient = CookTorranceParameters::filled(0.0);
-    let values = parameters(theta.iter().map(|dual| dual.value), 0.0);
-    let loss = CookTorrance::gradient(&values, samples, &mut gradient);
-    let mut product = CookTorranceParameters::filled(0.0);
+    let [mut gradient, mut product] = [[0.0; 8]; 2];
+    let loss = (kernels.gradient)(&theta.map(|dual| dual.value), samples, &mut gradient);
     let mut derivatives = samples.zero_derivatives();
-    CookTorrance::product(theta, samples, &mut product, Some(&mut derivatives));
-    let derivatives = derivatives.iter().flat_map(|by_sample| {
-        let [red, green, blue] = by_sample.measured;
-        let at = by_sample.at;
-        [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue]
-    });
-    let derivatives = derivatives.flat_map(|octet| octet.0);
-    let lists = gradient.iter().chain(product.iter()).copied();
+    (kernels.product)(theta, samples, &mut product, Some(&mut derivatives));
+    let derivatives = derivatives.iter().flat_map(flat).flat_map(|octet| octet.0);
+    let lists = gradient.into_iter().chain(product);
     lists.chain(derivatives).chain([loss]).collect()
 }
 
@@ -43,6 +37,7 @@ fn angle(random: &mut ChaCha8Rng) -> f32 {
 
 #[test]
 fn cook_torrance_is_finite_at_extremes() {
+    let kernels = ModelKernels::of(ModelKind::CookTorrance).expect("the model has parameters");
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut valid = 0;
     for _ in 0..20_000 {
@@ -64,7 +59,8 @@ fn cook_torrance_is_finite_at_extremes() {
         let best = InstructionSet::detect();
         for instruction_set in [best, InstructionSet::Portable] {
             let outputs = gradient_and_product(
-                &parameters(theta, Dual::from_value(0.0)),
+                kernels,
+                &theta,
                 &SampleOctets {
                     at: &[Octet::transpose(&at)],
                     values: &[measured],

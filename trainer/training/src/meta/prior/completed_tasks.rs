@@ -1,0 +1,230 @@
+//! The coefficients of tasks from their readings, their losses, and the evidence of the readings.
+
+use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
+
+use super::dataset::{Directions, Subset};
+use super::hyperparameters::Hyperparameters;
+use super::loss_predictor::Evidence;
+use super::refinement::{Refinement, RefinementInputs};
+use crate::linear::{ComponentsAt, add_scaled};
+use crate::meta::correction::{Corrected, Correction};
+use crate::meta::pattern::Pattern;
+use crate::meta::phase::Values;
+use crate::meta::tasks::reading::Reading;
+use crate::meta::tasks::samples::{WeightedSamples, uniform_weight};
+use crate::meta::tasks::task::Task;
+
+/// The loss of a task, with its weight.
+#[derive(Clone, Copy)]
+pub(super) struct WeightedLoss {
+    pub(super) loss: f32,
+    pub(super) weight: f32,
+}
+
+/// Returns the weight of a task's loss, given the loss of black (f = 0) on its material, to which it is about inverse: the
+/// loss of a dark material is always small, but its errors are visible in pictures.
+pub(super) fn task_weight(loss_of_black: f32) -> f32 {
+    /// Limits the weight of a black material to (`MEAN` + `OFFSET`) / `OFFSET` = 13.
+    const OFFSET: f32 = 0.005;
+    /// The approximate mean loss of black over materials, so that a typical weight is 1.
+    const MEAN: f32 = 0.06;
+    (MEAN + OFFSET) / (loss_of_black + OFFSET)
+}
+
+/// Returns the mean of the products of losses and weights.
+pub(super) fn weighted_mean(losses: &[WeightedLoss]) -> f32 {
+    let products = losses.iter().map(|task| task.weight * task.loss);
+    products.sum::<f32>() / losses.len() as f32
+}
+
+/// Meta-parameters, prepared for tasks.
+pub(super) struct Prepared<'v> {
+    pub(super) subset: &'v Subset<'v>,
+    pub(super) values: &'v Values,
+    pub(super) weights: CompletionWeights<'v>,
+    pub(super) hyperparameters: Hyperparameters,
+    pub(super) pattern: Pattern,
+    pub(super) correction: Correction,
+}
+
+impl<'v> Prepared<'v> {
+    pub(super) fn new(
+        subset: &'v Subset<'v>,
+        shape: Shape,
+        values: &'v Values,
+        pattern: Pattern,
+    ) -> Self {
+        let components = subset.basis.components();
+        let hyperparameters = Hyperparameters::decode(&values.hyperparameters, components);
+        let at = ComponentsAt::new(&subset.basis, pattern.angles().to_vec());
+        Self {
+            subset,
+            correction: Correction::new(at, shape.components, &hyperparameters.precision),
+            values,
+            weights: CompletionWeights {
+                shape,
+                coefficient_net: &values.coefficient_net,
+                start_net: &values.start_net,
+            },
+            hyperparameters,
+            pattern,
+        }
+    }
+
+    /// Simulates all readings of a task, including missing ones.
+    pub(super) fn read(&self, task: &Task) -> Vec<Reading> {
+        let dataset = self.subset.dataset;
+        let levels = dataset.reading_options.noise.levels;
+        Reading::read_task(task, &dataset.materials, levels, &self.correction.at)
+    }
+
+    /// Simulates all readings of tasks.
+    pub(super) fn read_all(&self, tasks: &[Task]) -> Vec<Vec<Reading>> {
+        tasks.iter().map(|task| self.read(task)).collect()
+    }
+
+    /// Returns the dropout gain of the present readings.
+    pub(super) fn gain(&self, present: &[bool]) -> f32 {
+        let missing = self.subset.dataset.reading_options.missing_policy();
+        missing.dropout_gain(present.iter().copied())
+    }
+}
+
+/// Tasks with completed coefficients.
+pub(super) struct CompletedTasks<'a> {
+    pub(super) prepared: &'a Prepared<'a>,
+    pub(super) tasks: &'a [Task],
+    pub(super) readings: &'a [Vec<Reading>],
+    pub(super) batch: Batch,
+    pub(super) present: Vec<Vec<bool>>,
+    pub(super) corrected: Vec<Corrected>,
+}
+
+impl<'a> CompletedTasks<'a> {
+    /// Computes the coefficients of tasks from their readings.
+    pub(super) fn new(
+        prepared: &'a Prepared<'a>,
+        tasks: &'a [Task],
+        readings: &'a [Vec<Reading>],
+    ) -> Self {
+        let shape = prepared.weights.shape;
+        let mut batch = Batch::new(shape, tasks.len());
+        let mut all_present = Vec::with_capacity(tasks.len());
+        for (index, (task, readings)) in tasks.iter().zip(readings).enumerate() {
+            let present = task.present.iter().zip(prepared.pattern.valid());
+            let present: Vec<bool> = present.map(|(present, valid)| *present && *valid).collect();
+            let gain = prepared.gain(&present);
+            for (sample, reading) in readings.iter().enumerate() {
+                let values = reading.standardized.map(|dual| gain * dual.value);
+                batch.set_reading(index, sample, present[sample].then_some(values));
+            }
+            all_present.push(present);
+        }
+        batch.complete(&prepared.weights);
+        let tasks_of_batch = readings.iter().zip(&all_present).enumerate();
+        let corrected = tasks_of_batch.map(|(index, (readings, present))| {
+            let completed = batch.coefficients(index);
+            prepared.correction.correct(readings, present, &completed)
+        });
+        let corrected: Vec<Corrected> = corrected.collect();
+        if shape.parameters > 0 {
+            for (index, corrected) in corrected.iter().enumerate() {
+                batch.set_coefficients(index, &corrected.coefficients);
+            }
+            batch.activate(&prepared.weights);
+        }
+        Self {
+            prepared,
+            tasks,
+            readings,
+            batch,
+            present: all_present,
+            corrected,
+        }
+    }
+
+    /// Returns the inputs of a task's refinement; None for the model Linear. The initial parameters are the shared ones
+    /// plus the output of the StartNet.
+    pub(super) fn inputs(&self, index: usize) -> Option<RefinementInputs<'_>> {
+        let prepared = self.prepared;
+        let hyperparameters = prepared.hyperparameters.steps.as_ref()?;
+        let mut initial = self.batch.offsets(index);
+        add_scaled(&mut initial, 1.0, &prepared.values.initial);
+        let directions = prepared.pattern.octet_directions();
+        let brdf = Reading::brdf(&self.readings[index]);
+        Some(RefinementInputs {
+            initial,
+            hyperparameters,
+            coefficients: &self.corrected[index].coefficients,
+            readings: WeightedSamples::present(directions, &brdf, &self.present[index]),
+            virtual_readings: &prepared.subset.virtual_readings,
+        })
+    }
+
+    /// Returns the unweighted loss and the weight of a task. The loss is that of the parameters after the refinement, or
+    /// of the completed coefficients without.
+    pub(super) fn loss(
+        &self,
+        index: usize,
+        refinement: Option<Refinement>,
+        directions: &Directions<'_>,
+    ) -> WeightedLoss {
+        let task = &self.tasks[index];
+        let values = task.values(directions.pool);
+        let [loss, black] = directions.table.loss(
+            &self.corrected[index].coefficients,
+            &task.octets,
+            &values,
+            uniform_weight(values.len()),
+            None,
+        );
+        let refined = refinement.zip(self.inputs(index));
+        let refined = refined.map(|(refinement, inputs)| {
+            refinement.loss(&inputs, &task.samples(directions.pool).octets())
+        });
+        WeightedLoss {
+            loss: refined.unwrap_or(loss),
+            weight: task_weight(black),
+        }
+    }
+
+    /// Returns the innovation of a task's readings, and the mean residual of its fit at them.
+    pub(super) fn evidence(&self, index: usize, refinement: Option<Refinement>) -> Evidence {
+        let (present, corrected) = (&self.present[index], &self.corrected[index]);
+        let refined = refinement.zip(self.inputs(index));
+        let refined =
+            refined.map(|(refinement, inputs)| refinement.loss(&inputs, &inputs.readings.octets()));
+        Evidence {
+            innovation: corrected.innovation(present),
+            residual: refined.unwrap_or_else(|| self.residual(index)),
+        }
+    }
+
+    /// Returns the mean residual of the completed coefficients at the readings.
+    fn residual(&self, index: usize) -> f32 {
+        let present = &self.present[index];
+        let at = &self.prepared.correction.at;
+        let count = present.iter().filter(|present| **present).count().max(1);
+        let readings = self.readings[index].iter().enumerate();
+        let errors = readings.filter(|(sample, _)| present[*sample]);
+        let errors = errors.map(|(sample, reading)| {
+            let modeled = at.brdf(sample, &self.corrected[index].coefficients);
+            let cosine = at.cos_theta_i[sample];
+            let channels = modeled.iter().zip(&reading.brdf);
+            channels
+                .map(|(f, y)| ((1.0 + f * cosine) / (1.0 + y * cosine)).ln().abs())
+                .sum::<f32>()
+        });
+        errors.sum::<f32>() / (3 * count) as f32
+    }
+
+    /// Returns the coefficients of a task that the net completes, averaged over channels.
+    pub(super) fn mean_coefficients(&self, index: usize) -> Vec<f32> {
+        let all = &self.corrected[index].coefficients;
+        let components = all.len() / 3;
+        let mean = |k| (all[k] + all[components + k] + all[2 * components + k]) / 3.0;
+        (0..self.prepared.weights.shape.components)
+            .map(mean)
+            .collect()
+    }
+}

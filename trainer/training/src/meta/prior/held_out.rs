@@ -1,0 +1,262 @@
+//! Losses of materials that were held out of training: the data of the loss predictor.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::dataset::Dataset;
+use super::loss_predictor::{Evidence, HeldOutLoss, HeldOutOrigin};
+use super::objective::PriorObjective;
+use crate::meta::options::Options;
+use crate::meta::phase::Values;
+use crate::meta::tasks::task::{Dropout, MaterialGroup, Task};
+
+/// The number of rough tasks per fold.
+const ROUGH_TASKS: usize = 1_024;
+/// The number of outer samples of each rough task.
+const ROUGH_OUTER_SAMPLES: usize = 1_024;
+/// The maximum number of measured prefixes.
+const MAX_PARTIAL_COUNTS: usize = 16;
+/// The stride of the validation octets for scans that end early. A subset is accurate enough.
+const PARTIAL_OCTET_STRIDE: usize = 4;
+
+/// The objective and the values of a run.
+type Trained<'t> = (&'t PriorObjective<'t>, &'t Values);
+
+/// A fold, and the run without its materials.
+pub(super) struct TrainedFold<'t> {
+    /// The index of the fold.
+    pub(super) index: usize,
+    /// The run on all materials.
+    pub(super) full: Trained<'t>,
+    /// The shorter run without the fold's materials.
+    pub(super) fold: Trained<'t>,
+    /// The training materials of the fold.
+    pub(super) materials: &'t [usize],
+    /// The origin of these materials.
+    pub(super) origin: HeldOutOrigin,
+    /// The materials of procedural classes that are left out with the fold.
+    pub(super) classes: &'t [usize],
+}
+
+/// The losses of held-out materials.
+pub(super) struct HeldOut<'t> {
+    dataset: &'t Dataset,
+    options: &'t Options,
+    correction: FoldCorrection,
+    losses: HeldOutLosses,
+}
+
+/// The losses of held-out materials.
+#[derive(Default)]
+pub(super) struct HeldOutLosses {
+    /// Scans with all readings, rough materials included.
+    pub(super) complete: Vec<HeldOutLoss>,
+    /// Scans that end early, by their number of readings, without rough materials. Empty if the recipe needs all readings.
+    pub(super) partial: Vec<(usize, Vec<HeldOutLoss>)>,
+}
+
+impl<'t> HeldOut<'t> {
+    pub(super) fn new(dataset: &'t Dataset, options: &'t Options) -> Self {
+        let counts = if options.completion_options.missing > 0.0 {
+            partial_counts(options.samples)
+        } else {
+            Vec::new()
+        };
+        Self {
+            dataset,
+            options,
+            correction: FoldCorrection::default(),
+            losses: HeldOutLosses {
+                complete: Vec::new(),
+                partial: counts
+                    .into_iter()
+                    .map(|count| (count, Vec::new()))
+                    .collect(),
+            },
+        }
+    }
+
+    /// Adds the losses of a fold's materials.
+    pub(super) fn add(&mut self, trained: &TrainedFold<'_>) {
+        let ((full, values), (fold, fold_values)) = (trained.full, trained.fold);
+        let others: Vec<usize> = (0..self.dataset.training_count)
+            .filter(|material| !trained.materials.contains(material))
+            .collect();
+        self.correction.add(
+            &full.material_losses(values, &others),
+            &fold.material_losses(fold_values, &others),
+        );
+        let plain = full.plain_tasks(&others, 1);
+        let correction = EvidenceCorrection::new(
+            &evidence(trained.full, &plain),
+            &evidence(trained.fold, &plain),
+        );
+        let measure = |tasks: &[Task], origin| -> Vec<HeldOutLoss> {
+            let directions = match origin {
+                HeldOutOrigin::Rough => &fold.subset.training,
+                _ => &fold.subset.validation,
+            };
+            let coefficients = full.map_tasks(values, tasks, |completed, index| {
+                completed.mean_coefficients(index)
+            });
+            let results = coefficients
+                .into_iter()
+                .zip(evidence(trained.fold, tasks))
+                .zip(fold.task_losses(fold_values, tasks, directions))
+                .zip(tasks);
+            let results = results.map(|(((coefficients, evidence), loss), task)| HeldOutLoss {
+                material: task.material,
+                coefficients,
+                evidence: correction.correct(evidence),
+                loss,
+                origin,
+                fold: trained.index,
+            });
+            results.collect()
+        };
+        let plain_materials = [
+            (trained.materials, trained.origin),
+            (trained.classes, HeldOutOrigin::Class),
+        ];
+        let rough_tasks = self.rough_tasks(trained);
+        let complete = &mut self.losses.complete;
+        for (materials, origin) in plain_materials {
+            complete.extend(measure(&fold.plain_tasks(materials, 1), origin));
+        }
+        complete.extend(measure(&rough_tasks, HeldOutOrigin::Rough));
+        for (count, losses) in &mut self.losses.partial {
+            for (materials, origin) in plain_materials {
+                let tasks = fold
+                    .plain_tasks(materials, PARTIAL_OCTET_STRIDE)
+                    .into_iter();
+                let tasks: Vec<Task> = tasks.map(|task| task.ending_after(*count)).collect();
+                losses.extend(measure(&tasks, origin));
+            }
+        }
+    }
+
+    /// Returns the losses, corrected for the shorter runs of folds.
+    pub(super) fn finish(self) -> HeldOutLosses {
+        let mut losses = self.losses;
+        let partial = losses.partial.iter_mut().flat_map(|(_, list)| list);
+        for held_out in losses.complete.iter_mut().chain(partial) {
+            held_out.loss *= self.correction.ratio();
+        }
+        losses
+    }
+
+    /// Draws augmented, rough tasks of a fold's materials and procedural classes, in equal shares. All readings are
+    /// present.
+    fn rough_tasks(&self, trained: &TrainedFold<'_>) -> Vec<Task> {
+        let held_out = [trained.materials, trained.classes].into_iter();
+        let groups: Vec<&[usize]> = held_out.filter(|materials| !materials.is_empty()).collect();
+        let groups: Vec<MaterialGroup> = groups
+            .iter()
+            .map(|materials| MaterialGroup {
+                materials: materials.to_vec(),
+                share: 1.0 / groups.len() as f32,
+            })
+            .collect();
+        let mut random = ChaCha8Rng::seed_from_u64(self.options.seed);
+        random.set_stream(u64::MAX - 1 - trained.index as u64);
+        let samples = self.options.samples;
+        let draw = |_| {
+            Task::random(
+                &self.dataset.pool,
+                &groups,
+                &self.dataset.reading_options,
+                [samples, ROUGH_OUTER_SAMPLES],
+                Dropout::TailOrFew,
+                &mut random,
+            )
+            .with_roughness(&mut random)
+            .ending_after(samples)
+        };
+        (0..ROUGH_TASKS).map(draw).collect()
+    }
+}
+
+/// Returns the evidence of tasks' readings.
+fn evidence((objective, values): Trained<'_>, tasks: &[Task]) -> Vec<Evidence> {
+    objective.map_tasks(values, tasks, |completed, index| {
+        completed.evidence(index, objective.refinement)
+    })
+}
+
+/// Returns the numbers of readings below `samples` at which scans that end early are measured, in ascending order: all
+/// for few samples, otherwise a geometric sequence from 1 to `samples` - 1.
+fn partial_counts(samples: usize) -> Vec<usize> {
+    if samples <= MAX_PARTIAL_COUNTS {
+        return (1..samples).collect();
+    }
+    let ratio = (samples as f64 - 1.0).ln() / (MAX_PARTIAL_COUNTS - 1) as f64;
+    let counts = (0..MAX_PARTIAL_COUNTS).map(|index| (ratio * index as f64).exp().round() as usize);
+    let mut counts: Vec<usize> = counts.collect();
+    counts.dedup();
+    counts
+}
+
+/// The ratio of the losses of two recipes: the full run, and the shorter runs of folds. The losses are summed over
+/// materials that both runs train on. Held-out losses are multiplied by this ratio.
+#[derive(Default)]
+struct FoldCorrection {
+    full_sum: f32,
+    fold_sum: f32,
+}
+
+impl FoldCorrection {
+    fn add(&mut self, full_losses: &[f32], fold_losses: &[f32]) {
+        self.full_sum += full_losses.iter().sum::<f32>();
+        self.fold_sum += fold_losses.iter().sum::<f32>();
+    }
+
+    fn ratio(&self) -> f32 {
+        if self.fold_sum > 0.0 {
+            self.full_sum / self.fold_sum
+        } else {
+            1.0
+        }
+    }
+}
+
+/// The factors between the evidence of the full run and that of a fold's shorter run: means of logarithms over materials
+/// that both runs train on. The evidence of held-out materials is multiplied by them.
+struct EvidenceCorrection(Evidence);
+
+impl EvidenceCorrection {
+    fn new(full: &[Evidence], fold: &[Evidence]) -> Self {
+        let mean = |list: &[Evidence], value: fn(&Evidence) -> f32| {
+            let sum: f32 = list.iter().map(value).sum();
+            sum / list.len().max(1) as f32
+        };
+        let factor = |value| (mean(full, value) - mean(fold, value)).exp();
+        Self(Evidence {
+            innovation: factor(Evidence::log_innovation),
+            residual: factor(Evidence::log_residual),
+        })
+    }
+
+    fn correct(&self, evidence: Evidence) -> Evidence {
+        Evidence {
+            innovation: evidence.innovation * self.0.innovation,
+            residual: evidence.residual * self.0.residual,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn partial_counts_include_one_and_ascend() {
+        assert_eq!(partial_counts(1), [0; 0]);
+        assert_eq!(partial_counts(5), [1, 2, 3, 4]);
+        for samples in [17, 64, 512, 4_096] {
+            let counts = partial_counts(samples);
+            assert!(counts.len() <= MAX_PARTIAL_COUNTS && counts[0] == 1);
+            assert!(counts.is_sorted_by(|one, next| one < next));
+            assert!(counts.last().is_some_and(|last| *last < samples));
+        }
+    }
+}

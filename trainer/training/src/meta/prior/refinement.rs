@@ -1,0 +1,244 @@
+//! Refinement of completed coefficients: Gauss-Newton steps from initial parameters chosen by the StartNet, toward
+//! virtual readings and those of the pattern.
+
+use glimpse_core::model::{ModelKind, SampleGradient};
+use glimpse_kernels::ModelKernels;
+use glimpse_kernels::gauss_newton::{FitGradient, GaussNewton, OctetAdjoint};
+use glimpse_kernels::lanes::{Octet, WIDTH};
+use glimpse_kernels::samples::{OctetRgb, SampleOctets};
+use rand_chacha::ChaCha8Rng;
+
+use super::hyperparameters::StepParameters;
+use super::virtual_readings::VirtualReadings;
+use crate::meta::initialization::initial_guess;
+use crate::meta::learned::LearnedSteps;
+use crate::meta::phase::Values;
+use crate::meta::tasks::samples::WeightedSamples;
+
+/// The number of Gauss-Newton steps.
+const STEPS: usize = 2;
+/// The precision of each parameter before training.
+const INITIAL_PRECISION: f32 = 0.02;
+/// The error scale before training.
+const INITIAL_ERROR_SCALE: f32 = 0.1;
+/// The number of draws of initial parameters that are compared.
+const INITIAL_DRAWS: usize = 16;
+
+/// The inputs of a refinement of one task.
+pub(super) struct RefinementInputs<'t> {
+    /// theta_0.
+    pub(super) initial: Vec<f32>,
+    /// The hyperparameters, all positive.
+    pub(super) hyperparameters: &'t StepParameters,
+    /// The completed coefficients of red, then green, then blue.
+    pub(super) coefficients: &'t [f32],
+    /// The readings that are present.
+    pub(super) readings: WeightedSamples<'t>,
+    /// The directions of virtual readings.
+    pub(super) virtual_readings: &'t VirtualReadings,
+}
+
+/// The loss after a fit, and its gradient.
+pub(super) struct RefinementGradient {
+    /// The loss.
+    pub(super) loss: f32,
+    /// The gradient with respect to the initial parameters.
+    pub(super) initial: Vec<f32>,
+    /// The gradient with respect to the hyperparameters.
+    pub(super) hyperparameters: StepParameters,
+    /// The gradient with respect to the coefficients, by way of virtual readings.
+    pub(super) coefficients: Vec<f32>,
+    /// The gradient with respect to each octet of readings.
+    pub(super) samples: Vec<SampleGradient<Octet>>,
+}
+
+impl RefinementInputs<'_> {
+    /// Returns virtual readings, followed by those of the pattern.
+    fn all_readings(&self, virtual_values: &[OctetRgb]) -> WeightedSamples<'static> {
+        let readings = self.readings.octets();
+        let virtual_weight = 1.0 / self.virtual_readings.len() as f32;
+        let mut weights = vec![Octet([virtual_weight; WIDTH]); virtual_values.len()];
+        for octet in 0..readings.octets() {
+            // The weight in a loss is 1 / (3 k) for k readings.
+            weights.push(Octet(std::array::from_fn(|lane| {
+                3.0 * self.hyperparameters.reading_weight * readings.sample(octet, lane).weight
+            })));
+        }
+        let directions = [&self.virtual_readings.octet_directions[..], readings.at].concat();
+        let values = [virtual_values, readings.values].concat();
+        WeightedSamples::new(directions.into(), values, weights)
+    }
+
+    fn steps(&self) -> GaussNewton<'_, f32> {
+        GaussNewton {
+            initial: &self.initial,
+            precision: &self.hyperparameters.precision,
+            error_scale: self.hyperparameters.error_scale,
+            steps: STEPS,
+        }
+    }
+}
+
+/// The refinement for a model.
+#[derive(Clone, Copy)]
+pub struct Refinement(&'static ModelKernels);
+
+impl Refinement {
+    /// Returns the refinement for a model; None for Linear.
+    #[must_use]
+    pub fn of(model: ModelKind) -> Option<Self> {
+        ModelKernels::of(model).map(Self)
+    }
+
+    /// Returns the model.
+    #[must_use]
+    pub fn model(self) -> ModelKind {
+        self.0.model
+    }
+
+    /// Returns the hyperparameters before training, all positive.
+    pub(super) fn initial_hyperparameters(self) -> StepParameters {
+        StepParameters {
+            precision: vec![INITIAL_PRECISION; self.0.active],
+            reading_weight: 1.0,
+            error_scale: INITIAL_ERROR_SCALE,
+        }
+    }
+
+    /// Returns meta-parameters with the best initial parameters: those of `values`, or one of several draws.
+    pub(super) fn choose_initial(
+        self,
+        mut values: Values,
+        random: &mut ChaCha8Rng,
+        loss: impl Fn(&Values) -> f32,
+    ) -> Values {
+        let (mut min_loss, mut best) = (f32::INFINITY, values.initial.clone());
+        for draw in 0..INITIAL_DRAWS {
+            if draw > 0 {
+                values.initial = initial_guess(self.model(), random);
+            }
+            let loss = loss(&values);
+            // Always false for NaN.
+            if loss < min_loss {
+                (min_loss, best) = (loss, values.initial.clone());
+            }
+        }
+        values.initial = best;
+        values
+    }
+
+    /// Returns the content of a recipe.
+    pub(super) fn learned(
+        self,
+        initial: Vec<f32>,
+        hyperparameters: StepParameters,
+        virtual_readings: &VirtualReadings,
+    ) -> LearnedSteps {
+        LearnedSteps {
+            model: self.model(),
+            steps: STEPS,
+            initial,
+            precision: hyperparameters.precision,
+            reading_weight: hyperparameters.reading_weight,
+            error_scale: hyperparameters.error_scale,
+            directions: virtual_readings.at.angles.clone(),
+            center: virtual_readings.at.means(),
+            rows: virtual_readings.at.rows.clone(),
+        }
+    }
+
+    /// Returns the loss after the fit on the `outer` samples.
+    pub(super) fn loss(self, inputs: &RefinementInputs<'_>, outer: &SampleOctets<'_>) -> f32 {
+        let values = inputs.virtual_readings.values(inputs.coefficients);
+        let readings = inputs.all_readings(&values.octets);
+        let (fitted, _) = (self.0.take_steps)(&inputs.steps(), &readings.octets());
+        (self.0.loss)(&fitted, outer)
+    }
+
+    /// Returns the loss after the fit, and its gradient.
+    pub(super) fn gradient(
+        self,
+        inputs: &RefinementInputs<'_>,
+        outer: &SampleOctets<'_>,
+    ) -> RefinementGradient {
+        let values = inputs.virtual_readings.values(inputs.coefficients);
+        let readings = inputs.all_readings(&values.octets);
+        let readings = readings.octets();
+        let fit = inputs.steps();
+        let (fitted, steps) = (self.0.take_steps)(&fit, &readings);
+        let mut gradient = FitGradient {
+            initial: vec![0.0; fitted.len()],
+            precision: vec![0.0; self.0.active],
+            error_scale: 0.0,
+        };
+        let loss = (self.0.gradient)(&fitted, outer, &mut gradient.initial);
+        let mut derivatives = OctetAdjoint::zeros(&readings);
+        (self.0.steps_adjoint)(&fit, &steps, &readings, &mut gradient, &mut derivatives);
+        let (by_virtual, by_readings) =
+            derivatives.split_at(inputs.virtual_readings.octet_directions.len());
+        let mut coefficients = vec![0.0; inputs.coefficients.len()];
+        let by_brdf = by_virtual.iter().flat_map(|octet| {
+            let measured = octet.sample.measured;
+            (0..WIDTH).map(move |lane| measured.map(|by_channel| by_channel.0[lane]))
+        });
+        inputs
+            .virtual_readings
+            .add_gradient(&values, by_brdf, &mut coefficients);
+        // The weight of a present reading is proportional to the hyperparameter.
+        let own = inputs.readings.octets();
+        let mut by_weight = 0.0;
+        for (octet, by_octet) in by_readings.iter().enumerate() {
+            for lane in 0..WIDTH {
+                by_weight += 3.0 * own.sample(octet, lane).weight * by_octet.weight.0[lane];
+            }
+        }
+        RefinementGradient {
+            loss,
+            initial: gradient.initial,
+            hyperparameters: StepParameters {
+                precision: gradient.precision,
+                reading_weight: by_weight,
+                error_scale: gradient.error_scale,
+            },
+            coefficients,
+            samples: by_readings.iter().map(|octet| octet.sample).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use rand::SeedableRng;
+
+    use super::*;
+
+    /// Draws with loss NaN are not chosen, not even the first one.
+    #[test]
+    fn initial_parameters_have_the_smallest_loss() {
+        let refinement = Refinement::of(ModelKind::Neural).expect("Neural has parameters");
+        let (first, seen) = (vec![7.0], Cell::new(0));
+        let values = Values {
+            initial: first.clone(),
+            ..Values::default()
+        };
+        let chosen = |losses: [f32; 4]| {
+            seen.set(0);
+            let loss = |_: &Values| {
+                let loss = losses.get(seen.get()).copied().unwrap_or(9.0);
+                seen.set(seen.get() + 1);
+                loss
+            };
+            let random = &mut ChaCha8Rng::seed_from_u64(1);
+            let chosen = refinement.choose_initial(values.clone(), random, loss);
+            assert_eq!(seen.get(), INITIAL_DRAWS);
+            chosen.initial
+        };
+        let random = &mut ChaCha8Rng::seed_from_u64(1);
+        let draws = [(); 3].map(|()| initial_guess(ModelKind::Neural, random));
+        assert_eq!(chosen([f32::NAN, 3.0, f32::NAN, 2.0]), draws[2]);
+        assert_eq!(chosen([-f32::NAN, 3.0, 4.0, 4.0]), draws[0]);
+        assert_eq!(chosen([1.0, f32::NAN, 2.0, 3.0]), first);
+    }
+}

@@ -1,0 +1,244 @@
+//! Training with schedule prior: one run on all materials, then one run per fold to estimate the expected loss.
+
+use std::ops::ControlFlow;
+
+use glimpse_core::model::ModelKind;
+use glimpse_kernels::completion::Shape;
+use glimpse_materials::basis::Basis;
+use glimpse_materials::{Identity, Material};
+
+use super::dataset::{Dataset, Subset};
+use super::folds::{FOLDS, Fold, folds};
+use super::held_out::{HeldOut, TrainedFold};
+use super::hyperparameters::Hyperparameters;
+use super::loss_predictor::{HeldOutLoss, LossPredictor};
+use super::objective::{PriorObjective, START_UNITS};
+use super::phases;
+use super::refinement::Refinement;
+use crate::linear::ComponentsAt;
+use crate::meta::expected_loss::{LossEstimate, ValidatedLoss, ValidationSplit};
+use crate::meta::identity::RunIdentity;
+use crate::meta::learned::{
+    LearnedFit, LearnedNet, LearnedRecipe, LearnedRefinement, LearnedRidge,
+};
+use crate::meta::options::Options;
+use crate::meta::outer::{Observer, OuterLoop, PathOfSamples, Progress, RunError};
+use crate::meta::pattern::Reach;
+use crate::meta::phase::{Phase, Values};
+use crate::meta::plan::Effort;
+use crate::meta::streams::RandomStreams;
+use crate::meta::tasks::reading::LOG_SCALE;
+
+/// The number of coefficients, m.
+const COMPONENTS: usize = 24;
+/// The number of components of the correction, K, for the model Linear with more samples than a device fits.
+const MAX_CORRECTED_COMPONENTS: usize = 120;
+/// The largest number of samples with [`COMPONENTS`] in the correction.
+const MAX_DEVICE_SAMPLES: usize = 64;
+/// The number of hidden units of the CoefficientNet, h.
+const HIDDEN_UNITS: usize = 64;
+/// The weight of the loss before the descent in the gradient, for models fitted by descent. The weight of the loss
+/// after the descent is 1.
+const AUXILIARY_WEIGHT: f32 = 0.3;
+
+/// Trains a recipe on all materials. Then trains once per fold on the materials outside the fold, to estimate the loss
+/// on unseen materials.
+///
+/// # Errors
+/// If the run is stopped, or a checkpoint cannot be read or written.
+pub(crate) fn train(
+    options: &Options,
+    materials: Vec<Box<dyn Material>>,
+    observer: &mut Observer<'_>,
+) -> Result<LearnedRecipe, RunError> {
+    let identities = Identity::list(&materials);
+    let identity = options.identity(&identities);
+    let dataset = Dataset::of(materials, options);
+    let refinement = Refinement::of(options.model);
+    let folds = folds(dataset.training_count, &options.source_shares, options.seed);
+    let [steps, fold_steps] = phases::step_counts(options.effort, options.model);
+    let mut session = Session {
+        options,
+        identity,
+        refinement,
+        total: steps + folds.len() * fold_steps,
+        done: 0,
+        observer,
+    };
+
+    let components = corrected_components(options);
+    let all = Subset::all(&dataset, components);
+    let objective = session.objective(&all, None);
+    let values = session.run(&objective, phases::phases, 0)?;
+    let expected_loss = objective.expected_loss(&values);
+    let shape = objective.shape;
+    let mut held_out = HeldOut::new(&dataset, options);
+    for (index, Fold { materials, origin }) in folds.iter().enumerate() {
+        // The classes of procedural materials that are left out with the fold.
+        let classes: Vec<usize> = (dataset.training_count..dataset.materials.len())
+            .filter(|each| dataset.classes[each - dataset.training_count] % FOLDS == index)
+            .collect();
+        let subset = Subset::without(&dataset, components, &[&materials[..], &classes].concat());
+        let fold_objective = session.objective(&subset, Some(&values));
+        let fold_values = session.run(&fold_objective, phases::fold, index + 1)?;
+        held_out.add(&TrainedFold {
+            index,
+            full: (&objective, &values),
+            fold: (&fold_objective, &fold_values),
+            materials,
+            origin: *origin,
+            classes: &classes,
+        });
+    }
+    let held_out = held_out.finish();
+    let expected_loss = validated_loss(expected_loss, &held_out.complete);
+    let pattern = objective.reachable_pattern(&values).angles().to_vec();
+    let hyperparameters = Hyperparameters::decode(&values.hyperparameters, all.basis.components());
+    let net = LearnedNet {
+        shape,
+        missing: dataset.reading_options.missing_policy(),
+        scale: LOG_SCALE,
+        weights: values.coefficient_net,
+    };
+    let basis = refinement.is_none().then(|| all.basis.to_bytes());
+    let checksum = basis.as_deref().map_or(0, Basis::checksum);
+    let at = ComponentsAt::new(&all.basis, pattern.clone());
+    let ridge = LearnedRidge::new(at, &hyperparameters.precision, checksum);
+    let refinement = refinement.zip(hyperparameters.steps);
+    let refinement = refinement.map(|(refinement, hyperparameters)| {
+        let steps = refinement.learned(values.initial, hyperparameters, &all.virtual_readings);
+        LearnedRefinement {
+            steps,
+            shape,
+            start_net: values.start_net,
+        }
+    });
+    Ok(LearnedRecipe {
+        pattern,
+        fit: LearnedFit::Ridge {
+            net: Some(net),
+            ridge,
+            refinement,
+        },
+        loss_predictor: LossPredictor::new(&held_out.complete, FOLDS).map(|predictor| {
+            let counts = options.source_shares.iter().map(|each| each.materials);
+            predictor
+                .with_sources(&held_out.complete, &counts.collect::<Vec<_>>())
+                .with_partial(&held_out.partial, options.samples)
+        }),
+        basis,
+        expected_loss: Some(expected_loss),
+        materials: identities,
+    })
+}
+
+/// Returns the number of components of the correction, K.
+fn corrected_components(options: &Options) -> usize {
+    if options.model == ModelKind::Linear && options.samples > MAX_DEVICE_SAMPLES {
+        MAX_CORRECTED_COMPONENTS
+    } else {
+        COMPONENTS
+    }
+}
+
+/// Returns the mean held-out loss of plain materials, or the loss on all training materials without folds.
+fn validated_loss(training_loss: LossEstimate, held_out_losses: &[HeldOutLoss]) -> ValidatedLoss {
+    let plain = held_out_losses
+        .iter()
+        .filter(|each| each.origin.is_training_material());
+    let losses: Vec<f64> = plain.map(|each| f64::from(each.loss)).collect();
+    if losses.is_empty() {
+        return ValidatedLoss {
+            estimate: training_loss,
+            split: ValidationSplit::Training,
+        };
+    }
+    let mean = losses.iter().sum::<f64>() / losses.len() as f64;
+    ValidatedLoss {
+        estimate: LossEstimate::new(mean as f32, losses.iter().copied()),
+        split: ValidationSplit::Folds,
+    }
+}
+
+/// Several runs that are reported to the observer as one run.
+struct Session<'s, 'o> {
+    options: &'s Options,
+    identity: RunIdentity,
+    refinement: Option<Refinement>,
+    /// The number of outer steps of all runs.
+    total: usize,
+    /// The number of completed outer steps.
+    done: usize,
+    observer: &'s mut Observer<'o>,
+}
+
+impl<'s> Session<'s, '_> {
+    /// Returns the objective of a run on a subset.
+    fn objective<'a>(
+        &self,
+        subset: &'a Subset<'a>,
+        earlier: Option<&'a Values>,
+    ) -> PriorObjective<'a>
+    where
+        's: 'a,
+    {
+        let parameters = self.options.model.parameters().unwrap_or(0);
+        PriorObjective {
+            subset,
+            shape: Shape {
+                samples: self.options.samples,
+                components: COMPONENTS.min(subset.basis.components()),
+                hidden: HIDDEN_UNITS,
+                units: if parameters > 0 { START_UNITS } else { 0 },
+                parameters,
+            },
+            streams: RandomStreams {
+                seed: self.options.seed,
+            },
+            refinement: self.refinement,
+            auxiliary_weight: AUXILIARY_WEIGHT,
+            reach: Reach {
+                limits: self.options.completion_options.limits,
+                fixed: &self.options.fixed,
+            },
+            motion: self.options.motion(),
+            earlier,
+        }
+    }
+
+    fn run<'a>(
+        &mut self,
+        objective: &'a PriorObjective<'a>,
+        phases: fn(&'a PriorObjective<'a>, Effort) -> Vec<Phase<'a>>,
+        stage: usize,
+    ) -> Result<Values, RunError> {
+        let phases = phases(objective, self.options.effort);
+        let permute = |values, order: &[usize]| objective.permute_samples(values, order);
+        let outer_loop = OuterLoop {
+            initial: objective.initial_values(0),
+            phases: &phases,
+            path: objective.motion.as_ref().map(|motion| PathOfSamples {
+                motion,
+                permute: &permute,
+            }),
+            identity: self.identity,
+            checkpoints: self.options.checkpoints.as_ref(),
+            stage,
+        };
+        let (done_before, total) = (self.done, self.total);
+        let observer = &mut *self.observer;
+        let mut combined = |progress: &Progress| -> ControlFlow<()> {
+            observer(&Progress {
+                done: done_before + progress.done,
+                total,
+                ..*progress
+            })
+        };
+        let values = match outer_loop.run(&mut combined) {
+            Err(RunError::Stopped(done)) => Err(RunError::Stopped(done_before + done)),
+            result => result,
+        }?;
+        self.done += phases.iter().map(|phase| phase.steps).sum::<usize>();
+        Ok(values)
+    }
+}

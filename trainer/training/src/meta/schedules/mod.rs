@@ -1,4 +1,0 @@
-//! The training schedules: the phases of each, in order.
-
-pub mod paper;
-pub mod prior;

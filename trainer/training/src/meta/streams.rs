@@ -1,0 +1,71 @@
+//! The random numbers of a run.
+
+use glimpse_materials::sampling::sobol_valid;
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+
+use super::pattern::logits_from_angles;
+use super::phase::OuterStep;
+
+/// The random number streams of a run, one for each task of each step. The numbers depend neither on threads nor on
+/// interruptions of the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RandomStreams {
+    /// The seed of all streams.
+    pub seed: u64,
+}
+
+impl RandomStreams {
+    /// Returns the stream of a slot of a step. Slot 0 orders tasks; task k of a batch draws from slot k + 1.
+    #[must_use]
+    pub fn slot(self, outer_step: OuterStep, slot: usize) -> ChaCha8Rng {
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        random.set_stream(
+            ((outer_step.phase_index as u64) << 56)
+                | ((slot as u64) << 40)
+                | outer_step.step as u64,
+        );
+        random
+    }
+
+    /// Returns the logits of an initial pattern: Sobol points with a different scrambling for each guess.
+    #[must_use]
+    pub fn initial_pattern(self, guess: u64, samples: usize) -> Vec<f32> {
+        let seed = self.guess_seed(guess);
+        let pattern = sobol_valid(samples, (seed ^ (seed >> 32)) as u32);
+        pattern.into_iter().flat_map(logits_from_angles).collect()
+    }
+
+    /// Returns the seed of an initialization.
+    #[must_use]
+    pub fn guess_seed(self, guess: u64) -> u64 {
+        self.seed.wrapping_add(guess << 32)
+    }
+
+    /// Returns the tasks of a step's batch: consecutive entries of an order that is reshuffled each epoch.
+    #[must_use]
+    pub fn batch(self, outer_step: OuterStep, tasks: usize) -> Vec<usize> {
+        let size = outer_step.batch;
+        let mut batch = Vec::with_capacity(size);
+        let mut shuffled: Option<(usize, Vec<usize>)> = None;
+        for position in outer_step.step * size..(outer_step.step + 1) * size {
+            let epoch = position / tasks;
+            let order = match shuffled.take() {
+                Some((order_epoch, order)) if order_epoch == epoch => order,
+                _ => {
+                    let mut order: Vec<usize> = (0..tasks).collect();
+                    let epoch = OuterStep {
+                        step: epoch,
+                        ..outer_step
+                    };
+                    order.shuffle(&mut self.slot(epoch, 0));
+                    order
+                }
+            };
+            batch.push(order[position % tasks]);
+            shuffled = Some((epoch, order));
+        }
+        batch
+    }
+}

@@ -1,0 +1,75 @@
+//! The augmented material of a task, at all directions.
+
+use std::sync::Arc;
+
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_materials::{Brdf, Material, angles_of};
+
+use super::highlight_warp::HighlightWarp;
+use super::reading::{BrdfWithDerivative, evaluate_warped, field_factor, mix_channel};
+use super::task::Task;
+use crate::linear::AngleDual;
+
+/// The augmented material of a task, without noise.
+pub(crate) struct TaskMaterial {
+    /// The task.
+    pub task: Task,
+    /// The materials.
+    pub materials: Arc<[Box<dyn Material>]>,
+}
+
+impl TaskMaterial {
+    /// Returns the material and its partner, with their highlight warps.
+    fn parts(&self) -> [(&dyn Material, HighlightWarp); 2] {
+        let [own, partner] = self.task.warps.map(|index| HighlightWarp::all()[index]);
+        [(self.task.material, own), (self.task.partner, partner)]
+            .map(|(index, warp)| (&*self.materials[index], warp))
+    }
+
+    fn mix(
+        &self,
+        angles: Angles<f32>,
+        own: &BrdfWithDerivative,
+        partner: &BrdfWithDerivative,
+    ) -> [AngleDual; 3] {
+        let field = field_factor(&self.task, angles);
+        std::array::from_fn(|channel| mix_channel(&self.task, channel, own, Some(partner)) * field)
+    }
+}
+
+impl Brdf for TaskMaterial {
+    fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
+        let mut brdf = [[0.0; 3]];
+        self.evaluate(&[HalfDifference::from_angles(angles)], &mut brdf);
+        brdf[0]
+    }
+
+    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        let angles: Vec<Angles<f32>> = at.iter().map(angles_of).collect();
+        let mut values = self.parts().map(|(material, warp)| {
+            let warped = angles.iter().map(|angles| warp.angles(*angles).0);
+            let warped: Vec<_> = warped.map(HalfDifference::from_angles).collect();
+            material.values_at(&warped).into_iter()
+        });
+        for (angles, brdf) in angles.into_iter().zip(brdf) {
+            let [own, partner] = values
+                .each_mut()
+                .map(|values| (values.next().unwrap_or_default(), [[0.0; 3]; 3]));
+            *brdf = self.mix(angles, &own, &partner).map(|dual| dual.value);
+        }
+    }
+}
+
+impl Material for TaskMaterial {
+    fn name(&self) -> &str {
+        self.materials[self.task.material].name()
+    }
+
+    fn brdf_with_derivative(&self, angles: Angles<f32>) -> BrdfWithDerivative {
+        let parts = self.parts();
+        let [own, partner] =
+            parts.map(|(material, warp)| evaluate_warped(material, warp, &[angles])[0]);
+        let mixed = self.mix(angles, &own, &partner);
+        (mixed.map(|dual| dual.value), mixed.map(|dual| dual.tangent))
+    }
+}

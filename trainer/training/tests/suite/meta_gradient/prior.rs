@@ -1,0 +1,403 @@
+//! Tests of the schedule `prior`: gradients match differences of the loss, results are identical on any number of
+//! threads, and packed recipes fit like the trained nets.
+
+use std::f32::consts::PI;
+use std::ops::{ControlFlow, Range};
+use std::path::Path;
+use std::time::Duration;
+
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::gonio::Limits;
+use glimpse_core::model::ModelKind;
+use glimpse_core::model::linear::map;
+
+use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
+use glimpse_kernels::scan::scan;
+use glimpse_materials::{Brdf, Procedural};
+use glimpse_training::meta::learned::LearnedFit;
+use glimpse_training::meta::options::{CompletionOptions, Options};
+use glimpse_training::meta::outer::{CheckpointOptions, OuterLoop, RunError};
+use glimpse_training::meta::pattern::Reach;
+use glimpse_training::meta::phase::{OuterStep, Phase, Values};
+use glimpse_training::meta::plan::{Effort, Schedule};
+use glimpse_training::meta::prior::dataset::{Dataset, Subset};
+use glimpse_training::meta::prior::objective::{PriorObjective, StepOptions};
+use glimpse_training::meta::prior::phases::phases;
+use glimpse_training::meta::prior::refinement::Refinement;
+use glimpse_training::meta::run::{TrainError, train};
+use glimpse_training::meta::scan_budget::ScanBudget;
+use glimpse_training::meta::streams::RandomStreams;
+use glimpse_training::meta::tasks::task::{Dropout, MaterialGroup, Noise, ReadingOptions};
+use glimpse_training::recipe::pack_recipe;
+use glimpse_training::route::Axes;
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use crate::support::{
+    assert_gradient_matches_loss, assert_independent_of_threads, procedural, run_bits,
+};
+
+const SAMPLES: usize = 5;
+const STEPS: usize = 4;
+const MODELS: [ModelKind; 4] = [
+    ModelKind::Linear,
+    ModelKind::Phong,
+    ModelKind::CookTorrance,
+    ModelKind::Neural,
+];
+
+/// Calls a function with a small objective.
+fn with_objective<T>(model: ModelKind, function: impl FnOnce(&PriorObjective<'_>) -> T) -> T {
+    let limits = Limits {
+        max_theta_i: 1.4,
+        min_separation: 0.2,
+        ..Limits::NONE
+    };
+    with_reach(model, Reach { limits, fixed: &[] }, function)
+}
+
+/// Calls a function with a small objective of patterns within a reach.
+fn with_reach<T>(
+    model: ModelKind,
+    reach: Reach<'_>,
+    function: impl FnOnce(&PriorObjective<'_>) -> T,
+) -> T {
+    let reading_options = ReadingOptions {
+        missing_share: 0.5,
+        noise: Noise {
+            multiplicative: 0.02,
+            additive: 0.001,
+            // Quantization of a sensor has no derivative.
+            levels: 0,
+        },
+    };
+    let group = |materials: Range<usize>, share| MaterialGroup {
+        materials: materials.collect(),
+        share,
+    };
+    let groups = vec![group(0..8, 0.7), group(8..12, 0.3)];
+    let dataset = Dataset::new(procedural(12, 3), 8, groups, reading_options, 512, 5);
+    let subset = Subset::all(&dataset, 6);
+    let refinement = Refinement::of(model);
+    let objective = PriorObjective {
+        subset: &subset,
+        shape: Shape {
+            samples: SAMPLES,
+            components: subset.basis.components(),
+            hidden: 7,
+            units: if refinement.is_some() { 5 } else { 0 },
+            parameters: model.parameters().unwrap_or(0),
+        },
+        streams: RandomStreams { seed: 11 },
+        refinement,
+        auxiliary_weight: 0.0,
+        reach,
+        motion: None,
+        earlier: None,
+    };
+    function(&objective)
+}
+
+/// Moves all samples closer to the normal, within the limits of the arms.
+fn move_toward_normal(values: &mut Values) {
+    for logits in values.pattern.chunks_mut(3) {
+        logits[0] -= 1.0;
+        logits[1] -= 1.0;
+    }
+}
+
+/// Returns the phases of the schedule, each of a few steps.
+fn short_phases<'a>(objective: &'a PriorObjective<'a>) -> Vec<Phase<'a>> {
+    let mut phases = phases(objective, Effort::Quick);
+    for phase in &mut phases {
+        (phase.steps, phase.batch) = (STEPS, 40);
+    }
+    phases
+}
+
+#[test]
+fn gradient_matches_loss() {
+    for model in MODELS {
+        with_objective(model, |objective| {
+            let mut values = objective.initial_values(0);
+            // Gradient steps are discontinuous where a residual changes sign. With larger weights, the start net
+            // dominates the fit, and its output is a smooth function of the readings.
+            values
+                .start_net
+                .iter_mut()
+                .for_each(|weight| *weight *= 5.0);
+            // All samples are within the limits: the barrier contributes to the gradient but not to the loss.
+            move_toward_normal(&mut values);
+            let pattern = objective.reach.pattern(&values.pattern);
+            assert!(pattern.valid().iter().all(|valid| *valid));
+            let groups = assert_gradient_matches_loss(model.name(), &values, |values| {
+                objective.gradient(values, OUTER_STEP, OPTIONS)
+            });
+            let expected = if model == ModelKind::Linear { 3 } else { 5 };
+            assert_eq!(groups, expected, "groups of {model}");
+        });
+    }
+}
+
+const OUTER_STEP: OuterStep = OuterStep {
+    phase_index: 3,
+    step: 1,
+    batch: 40,
+};
+const OPTIONS: StepOptions = StepOptions {
+    outer_samples: 512,
+    dropout: Dropout::TailOrFew,
+    is_refined: true,
+};
+
+/// Fixed directions have no gradient and keep their place, and in one plane azimuths have none.
+#[test]
+fn fixed_directions_and_planes_are_kept() {
+    let fixed = [0.2, 0.7].map(|theta_d| Angles {
+        theta_h: 0.3,
+        theta_d,
+        phi_d: PI,
+    });
+    let limits = Limits {
+        in_plane: true,
+        ..Limits::NONE
+    };
+    let reach = Reach {
+        limits,
+        fixed: &fixed,
+    };
+    with_reach(ModelKind::Linear, reach, |objective| {
+        let mut values = objective.initial_values(0);
+        move_toward_normal(&mut values);
+        let (_, gradient) = objective.gradient(&values, OUTER_STEP, OPTIONS);
+        let (by_sample, _) = gradient.pattern.as_chunks::<3>();
+        assert_eq!(by_sample[..2], [[0.0; 3]; 2]);
+        for by_logits in &by_sample[2..] {
+            assert!(by_logits[0] != 0.0 && by_logits[1] != 0.0 && by_logits[2] == 0.0);
+        }
+        assert_gradient_matches_loss("in one plane", &values, |values| {
+            objective.gradient(values, OUTER_STEP, OPTIONS)
+        });
+        let ordered = objective.reorder_samples(values.clone());
+        assert_ne!(ordered.pattern, values.pattern);
+        for values in [&values, &ordered] {
+            let pattern = reach.reachable_pattern(&values.pattern);
+            assert_eq!(pattern.angles()[..2], fixed);
+            for angles in pattern.angles() {
+                let directions = HalfDifference::from_angles(*angles).directions();
+                assert_eq!(limits.check(&directions), Ok(()), "{angles:?}");
+            }
+        }
+    });
+}
+
+/// The weights of samples are permuted together with their directions.
+#[test]
+fn reordering_samples_preserves_the_loss() {
+    with_objective(ModelKind::Linear, |objective| {
+        let mut values = objective.initial_values(0);
+        move_toward_normal(&mut values);
+        let ordered = objective.reorder_samples(values.clone());
+        assert_ne!(ordered.pattern, values.pattern);
+        let sorted_samples = |values: &Values| {
+            let mut samples: Vec<[u32; 3]> = values
+                .pattern
+                .as_chunks()
+                .0
+                .iter()
+                .map(|logits: &[f32; 3]| logits.map(f32::to_bits))
+                .collect();
+            samples.sort_unstable();
+            samples
+        };
+        assert_eq!(sorted_samples(&ordered), sorted_samples(&values));
+        let (before, after) = (
+            objective.selection_loss(&values),
+            objective.selection_loss(&ordered),
+        );
+        assert!((after / before - 1.0).abs() < 1e-4, "{before} and {after}");
+        // Reordering is idempotent.
+        assert_eq!(objective.reorder_samples(ordered.clone()), ordered);
+    });
+}
+
+/// Returns a run.
+fn outer_loop<'a>(
+    objective: &PriorObjective<'_>,
+    phases: &'a [Phase<'a>],
+    checkpoints: Option<&'a CheckpointOptions>,
+) -> OuterLoop<'a> {
+    let options = Options::new(
+        objective.model(),
+        SAMPLES,
+        Schedule::Prior,
+        Effort::Brief,
+        11,
+    );
+    OuterLoop {
+        initial: objective.initial_values(0),
+        phases,
+        path: None,
+        identity: options.identity(&[]),
+        checkpoints,
+        stage: 0,
+    }
+}
+
+/// Returns options for checkpoints that are written only when a run stops.
+fn checkpoints(directory: &Path) -> CheckpointOptions {
+    CheckpointOptions {
+        directory: directory.to_owned(),
+        interval: Duration::from_secs(3600),
+        resume: true,
+    }
+}
+
+#[test]
+fn training_is_independent_of_threads() {
+    for model in MODELS {
+        let bits = assert_independent_of_threads(model.name(), || {
+            with_objective(model, |objective| {
+                run_bits(&outer_loop(objective, &short_phases(objective), None))
+            })
+        });
+        assert!(bits.len() > 100 && bits.iter().all(|bits| f32::from_bits(*bits).is_finite()));
+    }
+}
+
+/// The run is stopped in its last phase.
+#[test]
+fn resumed_run_matches_uninterrupted_run() {
+    assert_resumed_run_matches(None, 0.75);
+}
+
+/// The run is stopped while the budget's weight and the order of the samples change.
+#[test]
+fn resumed_run_with_a_budget_matches_uninterrupted_run() {
+    let scan = ScanBudget {
+        seconds: 8.0,
+        speeds: Axes::from_array([10.0; 4]),
+        settle: 0.5,
+    };
+    assert_resumed_run_matches(Some(scan), 0.25);
+}
+
+fn assert_resumed_run_matches(scan: Option<ScanBudget>, stop_at: f64) {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let options = |checkpoints| Options {
+        completion_options: CompletionOptions {
+            missing: 0.5,
+            noise: 0.02,
+            procedural: 0.0,
+            scan,
+            ..CompletionOptions::default()
+        },
+        checkpoints,
+        ..Options::new(ModelKind::Phong, 3, Schedule::Prior, Effort::Brief, 3)
+    };
+    let never_stop = &mut |_: &_| ControlFlow::Continue(());
+    let expected = train(&options(None), procedural(10, 3), never_stop).expect("training succeeds");
+    let options = options(Some(checkpoints(&scratch.path().join("checkpoint"))));
+    let stopped = train(
+        &options,
+        procedural(10, 3),
+        &mut |progress| match progress.done as f64 > stop_at * progress.total as f64 {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        },
+    );
+    assert!(matches!(stopped, Err(TrainError::Stopped(_))));
+    let resumed = train(&options, procedural(10, 3), never_stop);
+    assert_eq!(resumed.expect("training succeeds"), expected);
+}
+
+/// The run is stopped before the phase that reorders samples, or after its first step.
+#[test]
+fn run_resumed_at_sample_reordering_matches_uninterrupted_run() {
+    with_objective(ModelKind::Linear, |objective| {
+        let phases = short_phases(objective);
+        let last = phases.len() - 1;
+        let run = |directory: Option<&Path>, stop_after| {
+            let checkpoints = directory.map(checkpoints);
+            let outer_loop = outer_loop(objective, &phases, checkpoints.as_ref());
+            outer_loop.run(&mut |progress| match progress.done == stop_after {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            })
+        };
+        let expected = run(None, usize::MAX).expect("the run is not stopped");
+        for stop_after in [last * STEPS, last * STEPS + 1] {
+            let scratch = tempfile::tempdir().expect("a temporary directory");
+            let stopped = run(Some(scratch.path()), stop_after);
+            assert!(matches!(stopped, Err(RunError::Stopped(done)) if done == stop_after));
+            let resumed = run(Some(scratch.path()), usize::MAX).expect("the run is not stopped");
+            assert_eq!(resumed, expected, "stopped after {stop_after} steps");
+        }
+    });
+}
+
+/// Tests that the quantization of the weights changes the corrected coefficients by less than 1 %.
+#[test]
+fn packed_recipe_matches_trained_net() {
+    let model = ModelKind::Linear;
+    let options = Options::new(model, SAMPLES, Schedule::Prior, Effort::Brief, 1);
+    let learned = train(&options, procedural(12, 3), &mut |_| {
+        ControlFlow::Continue(())
+    });
+    let learned = learned.expect("training succeeds");
+    let file = pack_recipe(&learned, &options, "procedural:12:3");
+    let file = file.expect("the result is a valid recipe");
+    let recipe = file.recipe();
+    let LearnedFit::Ridge {
+        net: Some(net),
+        ridge,
+        ..
+    } = &learned.fit
+    else {
+        panic!("{learned:?}");
+    };
+    let components = ridge.precision.len();
+    let rows = DMatrix::from_row_slice(SAMPLES, components, &ridge.rows);
+    let precision = DMatrix::from_diagonal(&DVector::from_column_slice(&ridge.precision));
+    let system = rows.transpose() * &rows + precision;
+    let system = Cholesky::new(system).expect("the system is positive definite");
+    let (mut squared_error, mut squared_norm) = (0.0, 0.0);
+    for material in Procedural::set(6, 77) {
+        let outcome =
+            scan(&recipe, &mut |angles| material.at_angles(angles)).expect("the fit succeeds");
+        let mut batch = Batch::new(net.shape, 1);
+        let mut mapped = [const { Vec::new() }; 3];
+        for (sample, (angles, center)) in learned.pattern.iter().zip(&ridge.center).enumerate() {
+            let at = HalfDifference::from_angles(*angles);
+            let weight = at.cos_theta_i() * at.cos_theta_o();
+            let reading = material.at_angles(*angles);
+            let reading = reading.map(|y| (map(y, weight) - center) * net.scale);
+            for (list, value) in mapped.iter_mut().zip(reading) {
+                list.push(value / net.scale);
+            }
+            batch.set_reading(0, sample, Some(reading));
+        }
+        batch.complete(&CompletionWeights {
+            shape: net.shape,
+            coefficient_net: &net.weights,
+            start_net: &[],
+        });
+        let completed = batch.coefficients(0);
+        let channels = completed.chunks(components).zip(mapped);
+        let expected: Vec<f32> = channels
+            .flat_map(|(completed, mapped)| {
+                let completed = DVector::from_column_slice(completed);
+                let residual = DVector::from_vec(mapped) - &rows * &completed;
+                let corrected = completed + system.solve(&(rows.transpose() * residual));
+                corrected.iter().copied().collect::<Vec<f32>>()
+            })
+            .collect();
+        assert_eq!(outcome.values.len(), expected.len());
+        for (actual, expected) in outcome.values.iter().zip(expected) {
+            squared_error += f64::from(actual - expected).powi(2);
+            squared_norm += f64::from(expected).powi(2);
+        }
+    }
+    let error = (squared_error / squared_norm).sqrt();
+    println!("relative error of coefficients due to quantization {error:.1e}");
+    assert!(error > 0.0 && error < 0.01, "{error}");
+}
