@@ -1,9 +1,9 @@
-//! Meta-parameters and their Adam optimizer, implemented with burn, and conversion of its state to plain numbers.
+//! Meta-parameters and their Adam optimizer, whose steps burn takes.
 //!
 //! This is a separate crate because burn's tensors are generic over their backend: each crate that uses them compiles
 //! them again. Changes to the trainer do not recompile this crate.
 
-use burn::optim::{Adam, AdamConfig, AdamState, AdaptiveMomentumState, SimpleOptimizer};
+use burn::optim::{AdamConfig, AdamState, AdaptiveMomentumState, SimpleOptimizer};
 use burn::tensor::{DType, Tensor, TensorData};
 use burn_ndarray::{NdArray, NdArrayDevice};
 use serde::{Deserialize, Serialize};
@@ -75,17 +75,25 @@ impl<T> Groups<T> {
     }
 }
 
-/// Meta-parameters with their Adam optimizer.
-pub struct Optimizer {
-    adam: Adam,
-    groups: Groups<Group>,
-}
+/// Meta-parameters with their Adam optimizer, as plain numbers. Only a step converts them to tensors: reading a stored
+/// tensor would share it, and burn copies a shared tensor one number at a time, which takes longer than the step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Optimizer(Groups<Group>);
 
 /// The parameters of a group, and Adam's state: None before the first step.
-///
-/// The parameters are stored as a list and converted to a tensor in each step. Reading a stored tensor would
-/// share it, and burn copies a shared tensor one number at a time, which takes longer than the step.
-type Group = (Vec<f32>, Option<AdamState<Backend, 1>>);
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Group {
+    values: Vec<f32>,
+    moments: Option<Moments>,
+}
+
+/// Adam's state: the number of steps, and the running means of gradients and of squared gradients.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Moments {
+    steps: u64,
+    first: Vec<f32>,
+    second: Vec<f32>,
+}
 
 fn tensor(values: Vec<f32>) -> Tensor<Backend, 1> {
     let length = values.len();
@@ -101,54 +109,33 @@ fn to_vec(tensor: Tensor<Backend, 1>) -> Vec<f32> {
     }
 }
 
-/// The state of an [`Optimizer`] as plain numbers, for files.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record(Groups<GroupRecord>);
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct GroupRecord {
-    values: Vec<f32>,
-    moments: Option<Moments>,
-}
-
-/// Adam's state: the number of steps, and the running means of gradients and of squared gradients.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Moments {
-    steps: u64,
-    first: Vec<f32>,
-    second: Vec<f32>,
-}
-
-impl GroupRecord {
-    fn new((values, state): &Group) -> Self {
-        let moments = state.as_ref().map(|AdamState { momentum }| Moments {
-            steps: momentum.time as u64,
-            first: to_vec(momentum.moment_1.clone()),
-            second: to_vec(momentum.moment_2.clone()),
-        });
-        Self {
-            values: values.clone(),
-            moments,
-        }
-    }
-
-    /// Returns true if there are as many moments as values.
-    fn is_valid(&self) -> bool {
-        let length = self.values.len();
-        self.moments
-            .as_ref()
-            .is_none_or(|moments| moments.first.len() == length && moments.second.len() == length)
-    }
-
-    fn into_group(self) -> Group {
-        let state = self.moments.map(|moments| {
+impl Group {
+    /// Takes one step of Adam.
+    fn step(&mut self, gradient: Vec<f32>, rate: f64) {
+        let state = self.moments.take().map(|moments| {
             AdamState::new(AdaptiveMomentumState::new(
                 moments.steps as usize,
                 tensor(moments.first),
                 tensor(moments.second),
             ))
         });
-        (self.values, state)
+        let adam = AdamConfig::new().with_epsilon(1e-8).build();
+        let values = tensor(std::mem::take(&mut self.values));
+        let (values, state) = adam.step(rate, values, tensor(gradient), state);
+        self.values = to_vec(values);
+        self.moments = state.map(|AdamState { momentum }| Moments {
+            steps: momentum.time as u64,
+            first: to_vec(momentum.moment_1),
+            second: to_vec(momentum.moment_2),
+        });
+    }
+
+    fn lists_mut(&mut self) -> [Option<&mut Vec<f32>>; 3] {
+        let (first, second) = match &mut self.moments {
+            Some(moments) => (Some(&mut moments.first), Some(&mut moments.second)),
+            None => (None, None),
+        };
+        [Some(&mut self.values), first, second]
     }
 }
 
@@ -156,75 +143,58 @@ impl Optimizer {
     /// Creates an optimizer with the given values.
     #[must_use]
     pub fn new(values: Groups<Vec<f32>>) -> Self {
-        Self {
-            adam: AdamConfig::new().with_epsilon(1e-8).build(),
-            groups: values.map(|values| (values, None)),
-        }
+        Self(values.map(|values| Group {
+            values,
+            moments: None,
+        }))
     }
 
     /// Returns the current values.
     #[must_use]
     pub fn values(&self) -> Groups<Vec<f32>> {
-        self.groups.as_ref().map(|(values, _)| values.clone())
+        self.0.as_ref().map(|group| group.values.clone())
     }
 
     /// Returns the pattern, for a projection onto its constraints after a step.
     pub fn pattern_mut(&mut self) -> &mut [f32] {
-        &mut self.groups.pattern.0
+        &mut self.0.pattern.values
     }
 
     /// Takes one step of Adam with a learning rate for each group. A rate of 0 leaves a group unchanged.
     pub fn step(&mut self, gradients: Groups<Vec<f32>>, rates: &Groups<f64>) {
-        let groups = self.groups.each_mut().into_iter();
+        let groups = self.0.each_mut().into_iter();
         for ((group, gradient), rate) in groups.zip(gradients.each()).zip(rates.each()) {
-            if *rate == 0.0 || gradient.is_empty() {
-                continue;
+            if *rate != 0.0 && !gradient.is_empty() {
+                group.step(gradient.clone(), *rate);
             }
-            // Moved out instead of cloned, so that burn changes the unshared tensors in place.
-            let (values, state) = std::mem::take(group);
-            let gradient = tensor(gradient.clone());
-            let (values, state) = self.adam.step(*rate, tensor(values), gradient, state);
-            *group = (to_vec(values), state);
         }
     }
 
     /// Applies a rearrangement of numbers to the values, and to the moments. It must keep all lengths, and is also called
     /// with empty lists.
     pub fn rearrange(&mut self, rearrange: impl Fn(Groups<Vec<f32>>) -> Groups<Vec<f32>>) {
-        let Record(mut record) = self.record();
-        type List = fn(&mut GroupRecord) -> Option<&mut Vec<f32>>;
-        let lists: [List; 3] = [
-            |group| Some(&mut group.values),
-            |group| Some(&mut group.moments.as_mut()?.first),
-            |group| Some(&mut group.moments.as_mut()?.second),
-        ];
-        for list in lists {
-            let before = record.clone();
-            let before = before.map(|mut group| list(&mut group).map(std::mem::take));
-            let after = rearrange(before.map(Option::unwrap_or_default));
-            for (group, after) in record.each_mut().into_iter().zip(after.each()) {
-                if let Some(list) = list(group) {
-                    list.clone_from(after);
+        for index in 0..3 {
+            let take = |group: &mut Group| group.lists_mut()[index].take().map(std::mem::take);
+            let mut before = Groups::default();
+            for (list, group) in before.each_mut().into_iter().zip(self.0.each_mut()) {
+                *list = take(group).unwrap_or_default();
+            }
+            let mut after = rearrange(before);
+            for (list, group) in after.each_mut().into_iter().zip(self.0.each_mut()) {
+                if let Some(target) = group.lists_mut()[index].take() {
+                    *target = std::mem::take(list);
                 }
             }
         }
-        self.groups = record.map(GroupRecord::into_group);
     }
 
-    /// Returns the state as plain numbers.
+    /// Returns true if each group has as many moments as values. Bytes of a file may differ.
     #[must_use]
-    pub fn record(&self) -> Record {
-        Record(self.groups.as_ref().map(GroupRecord::new))
-    }
-
-    /// Restores the state from [`Optimizer::record`]. Returns None if a group has different numbers of moments and
-    /// values.
-    #[must_use]
-    pub fn restore(self, Record(record): Record) -> Option<Self> {
-        let is_valid = record.each().into_iter().all(GroupRecord::is_valid);
-        is_valid.then(|| Self {
-            groups: record.map(GroupRecord::into_group),
-            ..self
+    pub fn is_valid(&self) -> bool {
+        self.0.each().into_iter().all(|Group { values, moments }| {
+            let lengths = |moments: &Moments| [moments.first.len(), moments.second.len()];
+            let moments = moments.as_ref().map(lengths);
+            moments.is_none_or(|lengths| lengths == [values.len(); 2])
         })
     }
 }

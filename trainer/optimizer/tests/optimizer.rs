@@ -1,4 +1,4 @@
-//! Tests of the optimizer's records and order.
+//! Tests of the optimizer's steps and order.
 
 use glimpse_optimizer::{Groups, Optimizer};
 
@@ -21,19 +21,15 @@ const RATES: Groups<f64> = Groups {
 };
 
 #[test]
-fn restored_optimizer_steps_bit_identically() {
-    let mut original = Optimizer::new(groups(0.3));
-    original.step(groups(0.7), &RATES);
-    let mut restored = Optimizer::new(groups(0.0))
-        .restore(original.record())
-        .expect("the record is valid");
-    assert_eq!(restored.values(), original.values());
-    for optimizer in [&mut original, &mut restored] {
-        optimizer.step(groups(-0.2), &RATES);
+fn step_changes_groups_with_a_rate() {
+    let mut optimizer = Optimizer::new(groups(0.3));
+    optimizer.step(groups(0.7), &RATES);
+    assert!(optimizer.is_valid());
+    assert_eq!(optimizer.values().pattern, groups(0.3).pattern);
+    // The first step of Adam is the rate, against the gradient's sign.
+    for value in optimizer.values().initial {
+        assert!((value - 0.29).abs() < 1e-6, "{value}");
     }
-    assert_eq!(restored.record(), original.record());
-    assert_eq!(original.values().pattern, groups(0.3).pattern);
-    assert_ne!(original.values().initial, groups(0.3).initial);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use glimpse_materials::files;
 use glimpse_materials::untrusted::read_at_most;
-use glimpse_optimizer::Record;
+use glimpse_optimizer::Optimizer;
 use serde::{Deserialize, Serialize};
 
 use super::identity::RunIdentity;
@@ -19,7 +19,7 @@ const FILE_STEM: &str = "checkpoint";
 const FILE_EXTENSION: &str = "bin";
 /// A file starts with the magic bytes, one format byte, and the CRC-32 of the rest, little-endian.
 const MAGIC: [u8; 3] = *b"GLC";
-const FORMAT: u8 = b'5';
+const FORMAT: u8 = b'6';
 const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 /// The maximum size of a file in bytes, hundreds of times the size for the largest network.
 const MAX_BYTES: u64 = 1 << 30;
@@ -81,54 +81,57 @@ pub enum CheckpointError {
     Record(String),
 }
 
-/// The best values of all groups so far, with their loss.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct BestValues {
-    /// The loss, as defined by the phase's [`Selection`](super::phase::Selection).
-    pub loss: f32,
-    /// The values.
-    pub values: Values,
-}
-
-/// The state of a run, except the meta-parameters and the optimizer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RunState {
-    /// The number of completed outer steps of all phases.
-    pub done: usize,
-    /// The outer loss, smoothed over about 50 steps.
-    pub smoothed_loss: f32,
-    /// The sum of losses over the steps of the current epoch, including the barriers.
-    pub epoch_loss: f32,
-    /// The weight of a second of motion, for a run with a [scan budget](super::scan_budget).
-    pub motion_weight: f32,
-    /// The best values so far.
-    pub best: Option<BestValues>,
-}
-
-impl Default for RunState {
-    fn default() -> Self {
-        Self {
-            done: 0,
-            smoothed_loss: 0.0,
-            epoch_loss: 0.0,
-            motion_weight: INITIAL_WEIGHT,
-            best: None,
-        }
-    }
-}
-
 /// The state of a training run, as saved to a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
     /// The identity of the run.
     pub identity: RunIdentity,
-    /// The progress of the run.
-    pub state: RunState,
     /// Meta-parameters and optimizer.
-    pub record: Record,
+    pub optimizer: Optimizer,
+    /// The number of completed outer steps of all phases.
+    pub done: usize,
+    /// The outer loss, smoothed over about 50 steps; None before the first finite one.
+    pub smoothed_loss: Option<f32>,
+    /// The sum of losses over the steps of the current epoch, including the barriers.
+    pub epoch_loss: f32,
+    /// The weight of a second of motion, for a run with a [scan budget](super::scan_budget).
+    pub motion_weight: f32,
+    /// The best values so far with their loss, as defined by the phase's [`Selection`](super::phase::Selection).
+    pub best: Option<(f32, Values)>,
 }
 
 impl Checkpoint {
+    /// Creates the state before the first step.
+    #[must_use]
+    pub fn new(identity: RunIdentity, values: Values) -> Self {
+        Self {
+            identity,
+            optimizer: Optimizer::new(values),
+            done: 0,
+            smoothed_loss: None,
+            epoch_loss: 0.0,
+            motion_weight: INITIAL_WEIGHT,
+            best: None,
+        }
+    }
+
+    /// Returns the best values so far, or the present ones.
+    #[must_use]
+    pub fn best_values(&self) -> Values {
+        match &self.best {
+            Some((_, values)) => values.clone(),
+            None => self.optimizer.values(),
+        }
+    }
+
+    /// Stores the present values if their loss is below the smallest so far. A loss of NaN is never stored.
+    pub fn store_if_better(&mut self, loss: f32) {
+        let smallest = self.best.as_ref().map_or(f32::INFINITY, |(loss, _)| *loss);
+        if loss < smallest {
+            self.best = Some((loss, self.optimizer.values()));
+        }
+    }
+
     /// Returns the path of a stage's checkpoint in `directory`. The first stage is 0.
     #[must_use]
     pub fn path(directory: &Path, stage: usize) -> PathBuf {
@@ -184,6 +187,9 @@ impl Checkpoint {
             return Err(ParseError::Damaged("its checksum does not match"));
         }
         match postcard::take_from_bytes(body) {
+            Ok((Self { optimizer, .. }, [])) if !optimizer.is_valid() => Err(ParseError::Damaged(
+                "its optimizer has different numbers of values and moments",
+            )),
             Ok((checkpoint, [])) => Ok(checkpoint),
             Ok(_) => Err(ParseError::Damaged("it has trailing bytes")),
             Err(_) => Err(ParseError::Damaged(
@@ -253,7 +259,7 @@ fn create_parent_directory(path: &Path) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use glimpse_optimizer::{Groups, Optimizer};
+    use glimpse_optimizer::Groups;
 
     use super::*;
 
@@ -269,19 +275,15 @@ mod tests {
             pattern: vec![2.0; 3],
             ..Groups::default()
         };
-        let mut optimizer = Optimizer::new(values.clone());
+        let mut checkpoint = Checkpoint::new(RUN, values.clone());
         let rates = Groups {
             initial: 1e-3,
             hyperparameters: 1e-3,
             pattern: 1e-3,
             ..Groups::default()
         };
-        optimizer.step(values, &rates);
-        Checkpoint {
-            identity: RUN,
-            state: RunState::default(),
-            record: optimizer.record(),
-        }
+        checkpoint.optimizer.step(values, &rates);
+        checkpoint
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use glimpse_optimizer::Optimizer;
 
-use super::checkpoint::{BestValues, Checkpoint, CheckpointError, RunState};
+use super::checkpoint::{Checkpoint, CheckpointError};
 use super::identity::RunIdentity;
 use super::pattern::Pattern;
 use super::phase::{OuterStep, Phase, Selection, Values};
@@ -85,22 +85,6 @@ pub struct OuterLoop<'a> {
     pub stage: usize,
 }
 
-/// The optimizer, and the rest of a run's state.
-struct State {
-    optimizer: Optimizer,
-    run: RunState,
-}
-
-impl State {
-    /// Stores values if their loss is below the smallest so far.
-    fn store_if_better(&mut self, loss: f32, values: Values) {
-        let best = &mut self.run.best;
-        if best.as_ref().is_none_or(|best| loss < best.loss) {
-            *best = Some(BestValues { loss, values });
-        }
-    }
-}
-
 impl OuterLoop<'_> {
     /// Runs all phases, calling `observer` after each outer step. Returns the best values.
     ///
@@ -110,37 +94,32 @@ impl OuterLoop<'_> {
         let mut state = self.initial_state()?;
         let total = self.phases.iter().map(|phase| phase.steps).sum();
         let mut last_saved = Instant::now();
-        while let Some((phase, outer_step)) = self.outer_step(state.run.done) {
+        while let Some((phase, outer_step)) = self.outer_step(state.done) {
             self.advance(&mut state, phase, outer_step);
-            let run = &state.run;
             let stop = observer(&Progress {
                 phase: phase.name,
                 samples: phase.samples,
-                done: run.done,
+                done: state.done,
                 total,
-                loss: run.smoothed_loss,
+                loss: state.smoothed_loss.unwrap_or(f32::NAN),
                 // With `Selection::Last` the best loss of earlier phases is not comparable.
                 best: match phase.selection {
                     Selection::Last => None,
-                    _ => run.best.as_ref().map(|best| best.loss),
+                    _ => state.best.as_ref().map(|(loss, _)| *loss),
                 },
             });
-            let stop = stop.is_break() && run.done < total;
+            let stop = stop.is_break() && state.done < total;
             if let Some(checkpoints) = self.checkpoints
-                && (stop || run.done == total || last_saved.elapsed() >= checkpoints.interval)
+                && (stop || state.done == total || last_saved.elapsed() >= checkpoints.interval)
             {
-                self.checkpoint(&state)
-                    .write(&self.checkpoint_path(checkpoints))?;
+                state.write(&self.checkpoint_path(checkpoints))?;
                 last_saved = Instant::now();
             }
             if stop {
-                return Err(RunError::Stopped(state.run.done));
+                return Err(RunError::Stopped(state.done));
             }
         }
-        let mut values = match state.run.best {
-            Some(best) => best.values,
-            None => state.optimizer.values(),
-        };
+        let mut values = state.best_values();
         if let Some(path) = &self.path {
             path.motion.shorten(&mut values.pattern)?;
         }
@@ -165,108 +144,65 @@ impl OuterLoop<'_> {
     }
 
     /// Returns the initial state, or the state of the checkpoint.
-    fn initial_state(&self) -> Result<State, CheckpointError> {
-        let new_state = |values| State {
-            optimizer: Optimizer::new(values),
-            run: RunState::default(),
-        };
-        let mut state = new_state(self.initial.clone());
+    fn initial_state(&self) -> Result<Checkpoint, CheckpointError> {
         if let Some(checkpoints) = self.checkpoints {
             let path = self.checkpoint_path(checkpoints);
             // The pattern may grow from phase to phase; check the space for the largest one.
             let samples = self.phases.iter().map(|phase| phase.samples).max();
             let mut largest = self.initial.clone();
             largest.pattern.resize(3 * samples.unwrap_or(0), 0.0);
-            self.checkpoint(&new_state(largest)).check_writable(&path)?;
+            Checkpoint::new(self.identity, largest).check_writable(&path)?;
             if checkpoints.resume
                 && let Some(checkpoint) = Checkpoint::read(&path, &self.identity)?
             {
-                state.run = checkpoint.state;
-                state.optimizer = state.optimizer.restore(checkpoint.record).ok_or(
-                    CheckpointError::Damaged {
-                        path,
-                        reason: "the sizes of its parameter groups differ from those of this run",
-                    },
-                )?;
+                return Ok(checkpoint);
             }
         }
-        Ok(state)
+        Ok(Checkpoint::new(self.identity, self.initial.clone()))
     }
 
     fn checkpoint_path(&self, checkpoints: &CheckpointOptions) -> PathBuf {
         Checkpoint::path(&checkpoints.directory, self.stage)
     }
 
-    fn checkpoint(&self, state: &State) -> Checkpoint {
-        Checkpoint {
-            identity: self.identity,
-            state: state.run.clone(),
-            record: state.optimizer.record(),
-        }
-    }
-
     /// Runs one outer step.
-    fn advance(&self, state: &mut State, phase: &Phase<'_>, outer_step: OuterStep) {
+    fn advance(&self, state: &mut Checkpoint, phase: &Phase<'_>, outer_step: OuterStep) {
         let step = outer_step.step;
         if step == 0 {
-            self.start_phase(state, phase);
+            start_phase(state, phase);
         }
         let (loss, values) = self.descend(state, phase, outer_step);
 
-        let run = &mut state.run;
-        run.done += 1;
+        state.done += 1;
         // A non-finite loss would make all later smoothed losses non-finite.
         if loss.is_finite() {
-            let share = match run.smoothed_loss == 0.0 {
-                true => 1.0,
-                false => 0.02,
-            };
-            run.smoothed_loss += share * (loss - run.smoothed_loss);
+            let smoothed = state.smoothed_loss.unwrap_or(loss);
+            state.smoothed_loss = Some(smoothed + 0.02 * (loss - smoothed));
         }
         let is_last = step + 1 == phase.steps;
         match &phase.selection {
             Selection::BestValidation(validation_loss) => {
                 let period = phase.steps.div_ceil(VALIDATIONS);
                 if (step + 1).is_multiple_of(period) || is_last {
-                    let values = state.optimizer.values();
-                    state.store_if_better(validation_loss(&values), values);
+                    state.store_if_better(validation_loss(&state.optimizer.values()));
                 }
             }
             Selection::BestEpoch(epoch_steps) => {
-                run.epoch_loss += loss + Pattern::from_logits(&values.pattern).barrier();
+                state.epoch_loss += loss + Pattern::from_logits(&values.pattern).barrier();
                 if (step + 1).is_multiple_of(*epoch_steps) {
-                    let loss = std::mem::take(&mut run.epoch_loss) / *epoch_steps as f32;
-                    state.store_if_better(loss, state.optimizer.values());
+                    let loss = std::mem::take(&mut state.epoch_loss) / *epoch_steps as f32;
+                    state.store_if_better(loss);
                 }
             }
-            Selection::Last if is_last => {
-                let values = state.optimizer.values();
-                run.best = Some(BestValues { loss, values });
-            }
+            Selection::Last if is_last => state.best = Some((loss, state.optimizer.values())),
             Selection::Last => {}
-        }
-    }
-
-    /// Sets the meta-parameters to the first ones of a phase.
-    fn start_phase(&self, state: &mut State, phase: &Phase<'_>) {
-        if let Some(start) = &phase.start {
-            let values = match &state.run.best {
-                Some(best) => best.values.clone(),
-                None => state.optimizer.values(),
-            };
-            state.optimizer = Optimizer::new(start(values));
-        }
-        if let Selection::BestEpoch(_) = phase.selection {
-            // Losses of earlier phases are not comparable: their patterns have other sizes.
-            state.run.best = None;
-            state.run.epoch_loss = 0.0;
         }
     }
 
     /// Runs a step of Adam. Returns the loss of the values before the step, and these values.
     fn descend(
         &self,
-        state: &mut State,
+        state: &mut Checkpoint,
         phase: &Phase<'_>,
         outer_step: OuterStep,
     ) -> (f32, Values) {
@@ -282,7 +218,7 @@ impl OuterLoop<'_> {
         let values = state.optimizer.values();
         let (loss, mut gradient) = (phase.gradient)(&values, outer_step);
         if let Some(PathOfSamples { motion, .. }) = path {
-            let weight = &mut state.run.motion_weight;
+            let weight = &mut state.motion_weight;
             let by_logits = motion.weighted_gradient(&values.pattern, allowance, weight);
             for (sum, derivative) in gradient.pattern.iter_mut().zip(by_logits) {
                 *sum += derivative;
@@ -302,23 +238,27 @@ impl OuterLoop<'_> {
     }
 }
 
+/// Sets the meta-parameters to the first ones of a phase.
+fn start_phase(state: &mut Checkpoint, phase: &Phase<'_>) {
+    if let Some(start) = &phase.start {
+        state.optimizer = Optimizer::new(start(state.best_values()));
+    }
+    if let Selection::BestEpoch(_) = phase.selection {
+        // Losses of earlier phases are not comparable: their patterns have other sizes.
+        state.best = None;
+        state.epoch_loss = 0.0;
+    }
+}
+
 /// Scales a gradient down to a maximum norm. A non-finite gradient becomes 0.
 fn clip(gradient: &mut [f32], max_norm: f32) {
-    let norm = gradient
-        .iter()
-        .map(|value| value * value)
-        .sum::<f32>()
-        .sqrt();
-    let scale = match norm {
-        norm if !norm.is_finite() => {
-            gradient.fill(0.0);
-            return;
-        }
-        norm if norm > max_norm => max_norm / norm,
-        _ => return,
-    };
-    for value in gradient {
-        *value *= scale;
+    let squares = gradient.iter().map(|value| value * value);
+    let norm = squares.sum::<f32>().sqrt();
+    if !norm.is_finite() {
+        gradient.fill(0.0);
+    } else if norm > max_norm {
+        let scale = max_norm / norm;
+        gradient.iter_mut().for_each(|value| *value *= scale);
     }
 }
 
