@@ -3,9 +3,13 @@
 use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, bail};
 use glimpse_materials::files::require_parent_dir;
+
+/// The files of all held locks.
+static HELD: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// A lock that a run holds until it ends. Dropping it removes the lock file. A killed run leaves the file behind,
 /// unlocked.
@@ -35,6 +39,11 @@ impl Lock {
         Self::acquire(folder.join("run.lock"), folder)
     }
 
+    fn new(path: PathBuf, file: Option<File>) -> Self {
+        with_held(|held| held.push(path.clone()));
+        Self { path, _file: file }
+    }
+
     fn acquire(path: PathBuf, output: &Path) -> anyhow::Result<Self> {
         let context = || format!("cannot write {}", path.display());
         require_parent_dir(&path).with_context(context)?;
@@ -56,15 +65,14 @@ impl Lock {
                         path.display(),
                         output.display()
                     );
-                    return Ok(Self { path, _file: None });
+                    return Ok(Self::new(path, None));
                 }
                 Err(TryLockError::Error(error)) => return Err(error).with_context(context),
             }
             // The previous holder may have removed the file between open and lock. Then the lock is
             // worthless, since other runs create a new file.
             if is_at(&file, &path) {
-                let _file = Some(file);
-                return Ok(Self { path, _file });
+                return Ok(Self::new(path, Some(file)));
             }
         }
     }
@@ -74,6 +82,18 @@ impl Drop for Lock {
     fn drop(&mut self) {
         // The lock is still held here, so this never removes another run's file.
         let _ = fs::remove_file(&self.path);
+        with_held(|held| held.retain(|path| *path != self.path));
+    }
+}
+
+fn with_held<T>(change: impl FnOnce(&mut Vec<PathBuf>) -> T) -> T {
+    change(&mut HELD.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+/// Removes the files of all locks, for an exit of the program that drops nothing.
+pub(super) fn remove_all() {
+    for path in with_held(std::mem::take) {
+        let _ = fs::remove_file(path);
     }
 }
 
@@ -92,4 +112,22 @@ fn is_at(file: &File, path: &Path) -> bool {
 #[cfg(not(unix))]
 fn is_at(_: &File, path: &Path) -> bool {
     path.exists()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exit_leaves_no_lock_file() {
+        let folder = tempfile::tempdir().expect("a temporary directory");
+        let lock = Lock::of_folder(folder.path()).expect("a lock");
+        let path = folder.path().join("run.lock");
+        assert!(path.exists());
+        remove_all();
+        assert!(!path.exists());
+        drop(lock);
+        Lock::of_folder(folder.path()).expect("a lock");
+        assert!(!path.exists() && with_held(|held| held.is_empty()));
+    }
 }

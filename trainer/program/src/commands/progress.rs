@@ -11,6 +11,8 @@ use glimpse_training::meta::options::Options;
 use glimpse_training::meta::run::{TrainError, train};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::lock;
+
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// Installs a handler of Ctrl-C: the first one stops training at the next step, the second one ends the program
@@ -20,6 +22,7 @@ pub(super) fn catch_interrupts() -> anyhow::Result<()> {
     if !INSTALLED.swap(true, Ordering::Relaxed) {
         ctrlc::set_handler(|| {
             if INTERRUPTED.swap(true, Ordering::Relaxed) {
+                lock::remove_all();
                 std::process::exit(130);
             }
         })?;
