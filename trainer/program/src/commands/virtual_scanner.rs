@@ -221,7 +221,11 @@ fn fill_in(path: &Path, scanner: &scanner::VirtualScanner<'_>) -> anyhow::Result
                 let at = || format!("{}, line {}", path.display(), index + 2);
                 let angles = row.angles.context("a direction is not above the horizon");
                 let angles = angles.with_context(at)?;
-                let reading = scanner.read(index as u16, angles);
+                let index = u16::try_from(index).ok().with_context(|| {
+                    let path = path.display();
+                    format!("--sheet {path}: it has more than 65536 rows; split it")
+                })?;
+                let reading = scanner.read(index, angles);
                 let [r, g, b] = reading.context("no material")?.brdf;
                 format!("{blank},{r},{g},{b}\n")
             }

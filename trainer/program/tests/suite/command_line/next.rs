@@ -125,6 +125,8 @@ fn unusable_options_are_refused() {
         folder.write(name, format!("theta_i,theta_o,r,g,b\n{rows}"));
     }
     folder.write("no-colors.csv", "theta_i,theta_o\n45,30\n");
+    let long = "45,30,,,\n".repeat(0x1_0001);
+    folder.write("long.csv", format!("theta_i,theta_o,r,g,b\n{long}"));
     folder.add_bundled("completed/neural-n4.recipe");
     folder.fail_each(
         "next",
@@ -133,7 +135,7 @@ fn unusable_options_are_refused() {
             "--max-theta-i 1 --max-theta-o 1 --min-separation 1.99 => widen",
             "--force => --blank",
             "--measurements empty.csv => empty.csv",
-            "--measurements blank.csv => blank.csv reading",
+            "--measurements blank.csv => blank.csv",
             "--accept-implausible => --measurements",
             "--measurements own.csv --blank own.csv => --blank columns",
             "--measurements own.csv --blank own.csv --force => --force",
@@ -144,7 +146,11 @@ fn unusable_options_are_refused() {
     folder.succeed("next --measurements percent.csv --accept-implausible");
     folder.fail_each(
         "virtual-scanner --material procedural:1 --sheet",
-        &["no-colors.csv => --sheet", "below.csv => line 2"],
+        &[
+            "no-colors.csv => --sheet",
+            "below.csv => line 2",
+            "long.csv => long.csv 65536",
+        ],
     );
     folder.fail_each(
         "evaluate --recipe neural-n4.recipe --test procedural:1:3",
