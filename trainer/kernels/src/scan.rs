@@ -19,7 +19,7 @@ pub struct ScanOutcome {
 }
 
 /// The loss that a recipe predicts from readings.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct LossPrediction {
     /// The expected loss.
     pub loss: f32,

@@ -61,7 +61,7 @@ pub(crate) fn evaluate<'py>(
     let parsed = recipe.recipe();
     readings.validate(parsed.samples()).map_err(to_exception)?;
     let trained_on = TrainingMaterials::from_recipe(&parsed).map_err(to_exception)?;
-    let method = Method::with_recipe(&parsed, recipe.basis.as_deref()).map_err(to_exception)?;
+    let method = Method::with_recipe(&parsed, recipe.0.basis.as_deref()).map_err(to_exception)?;
     let method = match readings == Degradation::default() {
         true => method,
         false => method.with_degradation(readings).map_err(to_exception)?,

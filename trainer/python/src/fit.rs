@@ -1,18 +1,15 @@
-//! Fitted materials and the outliers among their readings.
+//! Fitted materials.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_fitting::measurement::{
-    ChosenRecipe, Fit, Measurements, NamedRecipe, ReadingStatus, Selection, fit, material_files,
-};
-use glimpse_materials::{FittedMaterial, Material};
-use glimpse_training::linear::Posterior;
+use glimpse_fitting::measurement::{Fit, Readings, Report};
+use glimpse_materials::{FittedMaterial, Material, Viewing};
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
-use serde_json::json;
+use pyo3::types::PyBytes;
 
 use crate::arrays::{Pairs, array, to_python};
 use crate::error::{GlimpseError, ImplausibleError, reject, to_exception};
@@ -20,41 +17,11 @@ use crate::files::write;
 use crate::interruptible::run_detached;
 use crate::material::{Origin, PyMaterial, directions_of};
 
-/// A reading that is improbable given the other readings.
-///
-/// `sample` is its row in the recipe's directions. `z` is its distance from the prediction from the other readings, in
-/// standard deviations (positive: too large). `measured` and `predicted` are BRDFs, linear RGB, sr^-1. `status` is
-/// "used", or "outlier" if the fit did not use it.
-#[pyclass(frozen, get_all, name = "Outlier", module = "glimpse_brdf")]
-pub(crate) struct PyOutlier {
-    sample: usize,
-    z: f64,
-    measured: [f32; 3],
-    predicted: [f32; 3],
-    status: &'static str,
-}
-
-#[pymethods]
-impl PyOutlier {
-    fn __repr__(&self) -> String {
-        let rgb = |brdf: [f32; 3]| brdf.map(|f| format!("{f:.3}")).join(" ");
-        format!(
-            "<glimpse_brdf.Outlier sample {}: measured {}, predicted {} (z {:+.1})>",
-            self.sample,
-            rgb(self.measured),
-            rgb(self.predicted),
-            self.z
-        )
-    }
-}
-
 /// A material that `Recipe.fit` fitted to readings, with diagnostics of the fit.
 #[pyclass(extends = PyMaterial, frozen, name = "FittedMaterial", module = "glimpse_brdf")]
 pub(crate) struct PyFittedMaterial {
     fit: Fit,
     keep_all: bool,
-    /// The recipe that fits the readings.
-    chosen: ChosenRecipe,
     /// The Recipe of the call.
     recipe: Py<PyAny>,
 }
@@ -62,9 +29,8 @@ pub(crate) struct PyFittedMaterial {
 impl PyFittedMaterial {
     pub(crate) fn new<'py>(
         recipe: &Bound<'py, PyAny>,
-        chosen: ChosenRecipe,
+        readings: Readings,
         name: &str,
-        measurements: Measurements,
         keep_all: bool,
     ) -> PyResult<Bound<'py, Self>> {
         if name.is_empty() || name.contains(|c: char| c.is_control() || "/\\".contains(c)) {
@@ -72,14 +38,10 @@ impl PyFittedMaterial {
                 "name is {name:?}: choose a name that is not empty and has no slashes or control characters"
             ));
         }
-        let py = recipe.py();
-        let NamedRecipe { file, basis, .. } = &chosen.recipe;
-        let fit = run_detached(py, || {
-            let parsed = file.recipe();
-            let selection = Selection::new(&parsed, &chosen.prior, measurements, keep_all)?;
-            fit(&parsed, basis.as_deref(), name.to_owned(), selection)
-        })?
-        .map_err(to_exception)?;
+        let fit = run_detached(recipe.py(), || {
+            Fit::new(readings, name.to_owned(), keep_all)
+        })?;
+        let fit = fit.map_err(to_exception)?;
         let base = PyMaterial {
             material: Arc::new(fit.material.clone()),
             in_batches: true,
@@ -88,19 +50,26 @@ impl PyFittedMaterial {
         let fitted = Self {
             fit,
             keep_all,
-            chosen,
             recipe: recipe.clone().unbind(),
         };
-        Bound::new(py, PyClassInitializer::from(base).add_subclass(fitted))
+        Bound::new(
+            recipe.py(),
+            PyClassInitializer::from(base).add_subclass(fitted),
+        )
+    }
+
+    /// Returns the report on the fit.
+    fn report(&self) -> Report {
+        Report::new(&self.fit, Viewing::default())
     }
 
     fn material(&self) -> &FittedMaterial {
         &self.fit.material
     }
 
-    /// The distribution of the material, given the readings.
-    pub(crate) fn posterior(&self) -> &Posterior {
-        &self.fit.selection.posterior
+    /// The fit, with its readings and the posterior.
+    pub(crate) fn fit(&self) -> &Fit {
+        &self.fit
     }
 
     /// Returns the fit, or raises `ImplausibleError` if its readings are implausible.
@@ -131,39 +100,25 @@ impl PyFittedMaterial {
         array(py, &[values.len()], values)
     }
 
-    /// The loss of the fit, predicted from its readings.
-    #[getter]
-    fn predicted_loss(&self) -> f32 {
-        self.fit.prediction.loss
-    }
-
-    /// The upper bound of the loss, which holds for 90 % of materials, or None if the recipe has none.
-    #[getter]
-    fn loss_bound(&self) -> Option<f32> {
-        self.fit.prediction.bound
-    }
-
-    /// True if the readings are unlike those of all training materials, so that the loss may be larger than predicted. None
-    /// if the recipe cannot tell.
-    #[getter]
-    fn unlike_training(&self) -> Option<bool> {
-        self.fit.prediction.unlike_training
-    }
-
-    /// True if readings were not at the recipe's directions, so that the bundled recipe for any directions fitted them.
-    #[getter]
-    fn off_pattern(&self) -> bool {
-        self.chosen.off_pattern.is_some()
+    /// The report on the fit: a dict with the keys of the trainer's material.json. `expected_loss` is a dict of the
+    /// predicted `loss`, its upper `bound`, which holds for 90 % of materials, and `unlike_training`, or None if it is
+    /// unknown. `readings` has the `outliers`, readings that are improbable given the others, worst first.
+    #[getter(report)]
+    fn report_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let report = serde_json::to_value(self.report());
+        to_python(
+            py,
+            report.map_err(|error| GlimpseError::new_err(error.to_string()))?,
+        )
     }
 
     /// The directions of the fitted readings: unit vectors, incoming and outgoing, float64 of shape (n, 2, 3).
     #[getter]
     fn directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let recipe = self.chosen.recipe.file.recipe();
-        let flat = recipe
-            .pattern()
-            .flat_map(|angles| directions_of(&angles).concat());
-        array(py, &[recipe.samples(), 2, 3], flat.collect())
+        let samples = &self.fit.selection.readings.samples;
+        let flat = samples.iter();
+        let flat = flat.flat_map(|sample| directions_of(&sample.angles).concat());
+        array(py, &[samples.len(), 2, 3], flat.collect())
     }
 
     /// Returns the standard deviation of the BRDF (linear RGB, sr^-1, not times the cosine), given the readings.
@@ -213,46 +168,6 @@ impl PyFittedMaterial {
         array(py, &shape, spectra.concat())
     }
 
-    /// The status of each sample's reading: "used", "missing", "saturated" or "outlier".
-    #[getter]
-    fn statuses(&self) -> Vec<&'static str> {
-        let statuses = self.fit.selection.statuses.iter();
-        statuses.map(|status| status.name()).collect()
-    }
-
-    /// The loss of the fit at the used readings: a dict of mean, worst and worst_sample.
-    #[getter]
-    fn residual<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let residual = self.fit.residual;
-        to_python(
-            py,
-            json!({
-                "mean": residual.mean,
-                "worst": residual.worst,
-                "worst_sample": residual.worst_index,
-            }),
-        )
-    }
-
-    /// Readings that are improbable given the others, the worst first. A correct reading of a material unlike the
-    /// training materials may be among them.
-    #[getter]
-    fn outliers(&self) -> Vec<PyOutlier> {
-        let selection = &self.fit.selection;
-        let report = &selection.outlier_report;
-        let outliers = report.outliers.iter().filter_map(|sample| {
-            let prediction = report.predictions[*sample]?;
-            Some(PyOutlier {
-                sample: *sample,
-                z: prediction.z,
-                measured: selection.measurements.samples[*sample].mean()?,
-                predicted: prediction.expected,
-                status: selection.statuses[*sample].name(),
-            })
-        });
-        outliers.collect()
-    }
-
     /// Writes the material in a format of `Material.save`. If `path` ends in .json and `format` is None, writes the
     /// trainer's format, which `load_material` and every command of the trainer read. For the model linear, it also
     /// writes NAME.basis next to that file.
@@ -276,38 +191,27 @@ impl PyFittedMaterial {
             );
         }
         let this = slf.get();
-        let metadata = json!({ "trainer": concat!("glimpse_brdf ", env!("CARGO_PKG_VERSION")) });
-        let basis = this.chosen.recipe.basis.as_deref();
-        let files = material_files(this.material(), &path, basis, metadata);
+        let files = this.fit.files(&path, &this.report());
         let files = files.map_err(|error| GlimpseError::new_err(error.to_string()))?;
         write(&files, overwrite)
     }
 
     /// Supports pickle, which stores the recipe and the readings. Unpickling repeats the fit.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let measurements = &self.fit.selection.measurements;
-        let recipe = self.chosen.recipe.file.recipe();
-        let samples = measurements.samples.iter().zip(&measurements.spectra);
-        let readings = recipe
-            .pattern()
-            .zip(samples)
-            .map(|(angles, (sample, spectrum))| {
-                let reading = sample.mean().map(|mean| (mean, sample.saturated()));
-                let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
-                (angles, reading, spectrum.clone())
-            });
+        let readings = &self.fit.selection.readings;
+        let data = postcard::to_stdvec(&(&readings.rows, &readings.quantity));
+        let data = data.map_err(|error| GlimpseError::new_err(error.to_string()))?;
         let arguments = (
             self.material().name(),
-            readings.collect::<Vec<_>>(),
-            measurements.wavelengths.clone(),
+            PyBytes::new(py, &data),
             self.keep_all,
         );
-        let restore = self.recipe.bind(py).getattr("_fit_samples")?;
+        let restore = self.recipe.bind(py).getattr("_fit_rows")?;
         (restore, arguments).into_bound_py_any(py)
     }
 
     fn __repr__(&self) -> String {
-        let used = self.fit.selection.with_status(ReadingStatus::Used).len();
+        let used = self.report().readings.used;
         format!(
             "<glimpse_brdf.FittedMaterial of the model {} from {used} readings>",
             self.model()

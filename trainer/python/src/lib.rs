@@ -34,7 +34,7 @@ mod _glimpse_brdf {
     #[pymodule_export]
     use crate::evaluate::evaluate;
     #[pymodule_export]
-    use crate::fit::{PyFittedMaterial, PyOutlier};
+    use crate::fit::PyFittedMaterial;
     #[pymodule_export]
     use crate::loss::{directions, loss};
     #[pymodule_export]

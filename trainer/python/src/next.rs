@@ -35,29 +35,22 @@ impl PyProposals {
         }
         machine.machine(given).map_err(to_exception)?;
         let any = given.continuing();
-        let any = any.ok_or_else(|| GlimpseError::new_err("the package lacks linear-any"))?;
         let mut measured = Vec::new();
         let posterior = match (directions, readings) {
-            (None, None) => {
-                let prior = any.itself().map(|any| any.prior);
-                prior.and_then(|prior| Posterior::new(&prior, &[]))
-            }
+            (None, None) => Posterior::new(&any.prior, &[])
+                .ok_or_else(|| GlimpseError::new_err("the recipe's prior is not finite"))?,
             (Some(directions), Some(readings)) => {
-                let (chosen, measurements) =
-                    ReadingArgs::new(readings, directions).measurements(&any)?;
-                measured = chosen.recipe.file.recipe().pattern().collect();
+                let readings = ReadingArgs::new(readings, directions).readings(&any)?;
+                measured = readings.pattern();
                 // Also with readings that are unlike the others, which reduce the loss most.
-                let mut fitted =
-                    PyFittedMaterial::new(recipe, chosen, "readings", measurements, true)?;
+                let mut fitted = PyFittedMaterial::new(recipe, readings, "readings", true)?;
                 if !accept_implausible {
                     fitted = PyFittedMaterial::require_plausible(fitted)?;
                 }
-                Some(fitted.get().posterior().clone())
+                fitted.get().fit().selection.posterior.clone()
             }
             _ => return reject("directions and readings belong together: give both, or neither"),
         };
-        let posterior =
-            posterior.ok_or_else(|| GlimpseError::new_err("the recipe's prior is not finite"))?;
         let proposals = run_detached(py, || machine.next(given, (&posterior, &measured), count))?;
         let proposals = proposals.map_err(to_exception)?;
         if proposals.is_empty() {

@@ -2,14 +2,13 @@
 
 use std::path::PathBuf;
 
-use glimpse_core::geometry::{Angles, Directions};
 use glimpse_fitting::measurement::{
-    AngleArgs, ChosenRecipe, CountCalibration, FOOTPRINTS, LabReading, Measurements, NamedRecipe,
-    QUANTITIES, ReadingQuantity, Rows, WhiteReference,
+    AngleArgs, CountCalibration, FOOTPRINTS, LabReading, NamedRecipe, QUANTITIES, ReadingQuantity,
+    Readings, Rows, rusinkiewicz,
 };
 use pyo3::prelude::*;
 
-use crate::arrays::{Pairs, numbers, rows, shape_text};
+use crate::arrays::{Pairs, numbers, shape_text};
 use crate::choices::choose;
 use crate::error::{reject, reject_unused, to_exception};
 
@@ -48,17 +47,11 @@ impl<'a, 'py> ReadingArgs<'a, 'py> {
         }
     }
 
-    /// Chooses the recipe of the readings, and assigns them to its samples.
-    pub(crate) fn measurements(
-        &self,
-        given: &NamedRecipe,
-    ) -> PyResult<(ChosenRecipe, Measurements)> {
-        let mut rows = self.rows(given)?;
-        let chosen = given.choose(&mut rows).map_err(to_exception)?;
-        let pattern: Vec<Angles<f32>> = chosen.recipe.file.recipe().pattern().collect();
-        let meaning = self.meaning(pattern.len(), &rows)?;
-        let measurements = Measurements::new(&rows, &pattern, &meaning).map_err(to_exception)?;
-        Ok((chosen, measurements))
+    /// Takes the readings of a recipe's samples.
+    pub(crate) fn readings(&self, given: &NamedRecipe) -> PyResult<Readings> {
+        let rows = self.rows(given)?;
+        let quantity = self.quantity(&rows)?;
+        Readings::new(given, rows, quantity).map_err(to_exception)
     }
 
     fn rows(&self, given: &NamedRecipe) -> PyResult<Rows> {
@@ -75,87 +68,78 @@ impl<'a, 'py> ReadingArgs<'a, 'py> {
             )?;
             return Rows::read(&path, &AngleArgs::default()).map_err(to_exception);
         }
-        let wavelengths = self
-            .wavelengths
-            .map(|wavelengths| numbers(wavelengths, "wavelengths"));
+        let wavelengths = self.wavelengths.map(|nm| numbers(nm, "wavelengths"));
         let wavelengths = wavelengths.transpose()?.unwrap_or_default();
-        let wavelengths: Vec<f32> = wavelengths.iter().map(|each| *each as f32).collect();
+        let wavelengths: Vec<f32> = wavelengths.iter().map(|nm| *nm as f32).collect();
         if !wavelengths.is_sorted_by(|one, other| one < other) {
             return reject("wavelengths must be in nm, in ascending order");
         }
-        let values = match wavelengths.len() {
-            0 => {
-                let rows = values(self.readings, "readings")?.into_iter();
-                rows.map(|rgb| rgb.map(Vec::from)).collect()
-            }
-            bands => bands_of(self.readings, bands)?,
+        let channels = if wavelengths.is_empty() {
+            3
+        } else {
+            wavelengths.len()
         };
-        let count = values.len();
-        let samples = given.file.recipe().samples();
-        let pairs = match self.directions {
-            None => {
-                if count != samples || given.is_any() {
-                    let remedy = match given.is_any() {
-                        true => "pass directions, because the recipe has none".to_owned(),
-                        false => format!(
-                            "readings must have the shape ({samples}, 3), one row for each of the recipe's samples \
-                             and NaN for a missing one, not ({count}, 3); or pass directions"
-                        ),
-                    };
-                    return reject(remedy);
-                }
-                None
+        let mut readings = values(self.readings, "readings", channels)?;
+        let (count, samples) = (readings.len(), given.file.recipe().samples());
+        if self.directions.is_none() && given.is_any() {
+            return reject("pass directions, because the recipe has none");
+        }
+        if self.directions.is_none() && count != samples {
+            return reject(format!(
+                "readings must have the shape ({samples}, {channels}), one row for each of the recipe's samples and NaN \
+                 for a missing one, not ({count}, {channels}); or pass directions"
+            ));
+        }
+        self.place(&mut readings)?;
+        if let Some(flags) = self.saturated {
+            let flags = numbers(flags, "saturated")?;
+            if flags.shape() != [count] || flags.iter().any(|flag| ![0.0, 1.0].contains(flag)) {
+                return reject(format!(
+                    "saturated must be {count} booleans, one for each of the readings"
+                ));
             }
-            Some(directions) => {
-                let Pairs { pairs, shape } = Pairs::from_arrays(directions, None)?;
-                if shape != [count] {
-                    return reject(format!(
-                        "directions must have the shape ({count}, 2, 3), one pair for each of the readings, not {}",
-                        shape_text(&[&shape[..], &[2, 3]].concat())
-                    ));
-                }
-                Some(pairs)
+            for (reading, flag) in readings.iter_mut().zip(&flags) {
+                reading.saturated = *flag == 1.0;
             }
+        }
+        if let Some(noise) = self.noise {
+            let noise = numbers(noise, "noise")?;
+            if noise.shape() != [count] || !noise.iter().all(|level| (0.0..=10.0).contains(level)) {
+                return reject(format!(
+                    "noise must be {count} standard deviations relative to the readings, each 0 to 10"
+                ));
+            }
+            for (reading, level) in readings.iter_mut().zip(&noise) {
+                reading.noise = Some(*level as f32);
+            }
+        }
+        Ok(Rows::from_array("readings", wavelengths, readings))
+    }
+
+    /// Places readings at `directions`, or else at the recipe's samples.
+    fn place(&self, readings: &mut [LabReading]) -> PyResult<()> {
+        let Some(directions) = self.directions else {
+            for (index, reading) in readings.iter_mut().enumerate() {
+                reading.index = Some(index);
+            }
+            return Ok(());
         };
-        let saturated = match self.saturated {
-            None => vec![false; count],
-            Some(flags) => {
-                let flags = numbers(flags, "saturated")?;
-                if flags.shape() != [count] || flags.iter().any(|flag| ![0.0, 1.0].contains(flag)) {
-                    return reject(format!(
-                        "saturated must be {count} booleans, one for each of the readings"
-                    ));
-                }
-                flags.iter().map(|flag| *flag == 1.0).collect()
-            }
-        };
-        let noise = match self.noise {
-            None => None,
-            Some(noise) => {
-                let noise = numbers(noise, "noise")?;
-                if noise.shape() != [count] || !noise.iter().all(|each| (0.0..=10.0).contains(each))
-                {
-                    return reject(format!(
-                        "noise must be {count} standard deviations relative to the readings, each 0 to 10"
-                    ));
-                }
-                Some(noise.iter().map(|each| *each as f32).collect::<Vec<f32>>())
-            }
-        };
-        let readings = values.into_iter().zip(saturated).enumerate();
-        let readings = readings.map(|(row, (values, saturated))| LabReading {
-            sample: pairs.is_none().then_some(row),
-            directions: pairs.as_ref().map(|pairs| pairs[row]),
-            values,
-            saturated,
-            noise: noise.as_ref().map(|noise| noise[row]),
-        });
-        let readings: Vec<LabReading> = readings.collect();
-        Ok(Rows::from_readings(&readings, &wavelengths))
+        let (count, Pairs { pairs, shape }) =
+            (readings.len(), Pairs::from_arrays(directions, None)?);
+        if shape != [count] {
+            return reject(format!(
+                "directions must have the shape ({count}, 2, 3), one pair for each of the readings, not {}",
+                shape_text(&[&shape[..], &[2, 3]].concat())
+            ));
+        }
+        for (reading, [incoming, outgoing]) in readings.iter_mut().zip(pairs) {
+            reading.angles = Some(rusinkiewicz(incoming, outgoing));
+        }
+        Ok(())
     }
 
     /// Returns the quantity of the readings.
-    fn meaning(&self, samples: usize, rows: &Rows) -> PyResult<ReadingQuantity> {
+    fn quantity(&self, rows: &Rows) -> PyResult<ReadingQuantity> {
         let Some(white) = self.white else {
             reject_unused(
                 true,
@@ -167,15 +151,12 @@ impl<'a, 'py> ReadingArgs<'a, 'py> {
                     ("saturation", self.saturation.is_some()),
                 ],
             )?;
-            let quantity = match self.quantity {
-                Some(name) => ReadingQuantity::Values(choose("quantity", name, &QUANTITIES)?, 1.0),
-                None => ReadingQuantity::stated(rows),
-            };
-            let Some(reflectance) = self.white_reflectance else {
-                return Ok(quantity);
-            };
-            let relative = quantity.relative_to(channels(reflectance, "white_reflectance")?);
-            return relative.map_or_else(
+            let multiple = self
+                .quantity
+                .map(|name| choose("quantity", name, &QUANTITIES));
+            let reflectance = optional(self.white_reflectance, "white_reflectance")?;
+            let quantity = ReadingQuantity::of_values(multiple.transpose()?, reflectance, rows);
+            return quantity.map_or_else(
                 || reject("white_reflectance requires white, or it is one number, and quantity is a reflectance factor"),
                 Ok,
             );
@@ -186,88 +167,87 @@ impl<'a, 'py> ReadingArgs<'a, 'py> {
         if self.saturation.is_some_and(|level| !level.is_finite()) {
             return reject("saturation must be a finite number of counts");
         }
-        let channels = |argument: Option<&Bound<'_, PyAny>>, name| {
-            argument
-                .map(|argument| channels(argument, name))
-                .transpose()
-        };
+        let footprint = self
+            .footprint
+            .map(|name| choose("footprint", name, &FOOTPRINTS));
         Ok(ReadingQuantity::Counts(CountCalibration::new(
-            self.white(white, samples)?,
-            channels(self.dark, "dark")?,
-            channels(self.white_reflectance, "white_reflectance")?,
+            self.white_rows(white)?,
+            footprint.transpose()?,
+            optional(self.dark, "dark")?,
+            optional(self.white_reflectance, "white_reflectance")?,
             self.saturation,
         )))
     }
 
-    fn white(&self, white: &Bound<'_, PyAny>, samples: usize) -> PyResult<WhiteReference> {
-        let (Some(directions), Some(footprint)) = (self.white_directions, self.footprint) else {
-            if self.white_directions.is_some() || self.footprint.is_some() {
-                return reject(
-                    "white_directions and footprint describe a white reference that was read once: pass both",
-                );
-            }
-            let white = values(white, "white")?;
-            if white.len() != samples {
+    fn white_rows(&self, white: &Bound<'_, PyAny>) -> PyResult<Rows> {
+        if self.white_directions.is_some() != self.footprint.is_some() {
+            return reject(
+                "white_directions and footprint describe a white reference that was read once: pass both",
+            );
+        }
+        let Some(directions) = self.white_directions else {
+            let mut white = values(white, "white", 3)?;
+            let count = match self.readings.len() {
+                Ok(count) if self.readings.extract::<PathBuf>().is_err() => count,
+                _ => white.len(),
+            };
+            if white.len() != count {
                 return reject(format!(
-                    "white must have the shape ({samples}, 3), the white reference at each of the recipe's samples, \
-                     not ({}, 3); or pass white_directions and footprint of a white reference that was read once",
+                    "white must have the shape ({count}, 3), the white reference at each of the readings, not ({}, 3); or \
+                     pass white_directions and footprint of a white reference that was read once",
                     white.len()
                 ));
             }
-            return Ok(WhiteReference::PerSample(white));
+            self.place(&mut white)?;
+            return Ok(Rows::from_array("white", Vec::new(), white));
         };
-        let footprint = choose("footprint", footprint, &FOOTPRINTS)?;
-        match &Pairs::from_arrays(directions, None)? {
-            Pairs { pairs, shape } if shape.is_empty() => {
-                let [incoming, outgoing] = pairs[0].map(|vector| vector.map(|entry| entry as f32));
-                Ok(WhiteReference::Single(
-                    channels(white, "white")?,
-                    Directions { incoming, outgoing },
-                    footprint,
-                ))
-            }
-            Pairs { shape, .. } => reject(format!(
+        let Pairs { pairs, shape } = Pairs::from_arrays(directions, None)?;
+        let ([[incoming, outgoing]], []) = (&pairs[..], &shape[..]) else {
+            return reject(format!(
                 "white_directions must have the shape (2, 3), not {}",
                 shape_text(&[&shape[..], &[2, 3]].concat())
-            )),
-        }
+            ));
+        };
+        let reading = LabReading {
+            angles: Some(rusinkiewicz(*incoming, *outgoing)),
+            numbers: channels(white, "white")?.to_vec(),
+            ..LabReading::default()
+        };
+        Ok(Rows::from_array("white", Vec::new(), vec![reading]))
     }
 }
 
-/// Returns rows of three channels, with None for missing readings.
-fn values(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Option<[f32; 3]>>> {
-    let values = rows(argument, name)?.into_iter().enumerate().map(|(row, rgb)| {
-        match rgb.map(f64::is_nan) {
-            [false, false, false] => Ok(Some(rgb.map(|value| value as f32))),
-            [true, true, true] => Ok(None),
-            _ => reject(format!(
-                "{name}: row {row} is NaN in some channels only: pass all three values, or NaN for all if the \
-                 reading is missing"
-            )),
-        }
-    });
-    values.collect()
-}
-
-/// Returns rows of bands, with None for missing readings.
-fn bands_of(argument: &Bound<'_, PyAny>, bands: usize) -> PyResult<Vec<Option<Vec<f32>>>> {
-    let array = numbers(argument, "readings")?;
-    if array.ndim() != 2 || array.shape()[1] != bands {
+/// Returns the readings in the rows of an array of channels or bands, without numbers if they are missing.
+fn values(argument: &Bound<'_, PyAny>, name: &str, channels: usize) -> PyResult<Vec<LabReading>> {
+    let array = numbers(argument, name)?;
+    if array.ndim() != 2 || array.shape()[1] != channels {
         return reject(format!(
-            "readings must have the shape (n, {bands}), one column for each of wavelengths, not {}",
+            "{name} must have the shape (n, {channels}), or one column for each of wavelengths, not {}",
             shape_text(array.shape())
         ));
     }
-    let rows = array.outer_iter().enumerate().map(|(row, values)| {
-        match values.iter().filter(|value| value.is_nan()).count() {
-            0 => Ok(Some(values.iter().map(|value| *value as f32).collect())),
-            missing if missing == bands => Ok(None),
-            _ => reject(format!(
-                "readings: row {row} is NaN in some bands only: pass all, or NaN for all"
-            )),
+    let rows = (0..).zip(array.outer_iter()).map(|(line, values)| {
+        let missing = values.iter().filter(|value| value.is_nan()).count();
+        if missing > 0 && missing < channels {
+            return reject(format!(
+                "{name}: row {line} is NaN in some channels only: pass all values, or NaN for all if the reading is missing"
+            ));
         }
+        let present = values.iter().filter(|value| !value.is_nan());
+        Ok(LabReading {
+            line,
+            numbers: present.map(|value| *value as f32).collect(),
+            ..LabReading::default()
+        })
     });
     rows.collect()
+}
+
+/// Reads [`channels`], unless the argument is None.
+fn optional(argument: Option<&Bound<'_, PyAny>>, name: &str) -> PyResult<Option<[f32; 3]>> {
+    argument
+        .map(|argument| channels(argument, name))
+        .transpose()
 }
 
 /// Reads one number for all channels, or one for each.

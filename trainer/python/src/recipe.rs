@@ -3,14 +3,12 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glimpse_core::geometry::Angles;
-use glimpse_core::gonio::Repeated;
 use glimpse_core::numeric::Rows;
 use glimpse_core::recipe::Recipe;
 use glimpse_fitting::export::{expectation, training};
-use glimpse_fitting::measurement::{ChosenRecipe, MachineArgs, Measurements, NamedRecipe};
+use glimpse_fitting::measurement::{MachineArgs, NamedRecipe, Readings};
 use glimpse_materials::basis::Basis;
-use glimpse_training::recipe::RecipeFile;
+use glimpse_training::recipe::{Metadata, RecipeFile};
 use glimpse_training::route::{LimitArgs, Order, PlanArgs, axes_from_angles};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
@@ -28,8 +26,6 @@ use crate::next::PyProposals;
 use crate::plan::{PyPlan, speed_args};
 use crate::readings::ReadingArgs;
 
-/// The angles of a sample, its mean reading, if that is saturated, and its bands.
-type SampleState = ([f32; 3], Option<([f32; 3], bool)>, Vec<f32>);
 /// Bytes of a recipe, and of its basis.
 type RecipeBytes<'py> = (Bound<'py, PyBytes>, Option<Bound<'py, PyBytes>>);
 
@@ -38,24 +34,16 @@ type RecipeBytes<'py> = (Bound<'py, PyBytes>, Option<Bound<'py, PyBytes>>);
 /// Recipe(data, basis=None) takes the bytes of a recipe's file. The model linear also needs the bytes of its basis.
 /// Recipes are equal if their bytes are. They can be copied and pickled. len() is the number of samples.
 #[pyclass(frozen, name = "Recipe", module = "glimpse_brdf")]
-pub(crate) struct PyRecipe {
-    pub(crate) file: Arc<RecipeFile>,
-    /// The basis of the model linear.
-    pub(crate) basis: Option<Arc<Basis>>,
-}
+pub(crate) struct PyRecipe(pub(crate) NamedRecipe);
 
 impl PyRecipe {
     /// The recipe, which borrows its bytes.
     pub(crate) fn recipe(&self) -> Recipe<'_> {
-        self.file.recipe()
+        self.0.file.recipe()
     }
 
-    fn named(&self) -> NamedRecipe {
-        NamedRecipe {
-            name: "recipe".to_owned(),
-            file: self.file.clone(),
-            basis: self.basis.clone(),
-        }
+    fn metadata(&self) -> &Metadata {
+        self.0.file.metadata()
     }
 
     /// Combines a recipe with the bytes of its basis, if it needs one.
@@ -81,10 +69,8 @@ impl PyRecipe {
                 Some(Arc::new(basis))
             }
         };
-        Ok(Self {
-            file: Arc::new(file),
-            basis,
-        })
+        let name = "recipe".to_owned();
+        Ok(Self(NamedRecipe::new(name, Arc::new(file), basis)))
     }
 }
 
@@ -100,9 +86,8 @@ impl PyRecipe {
     /// recipe: a model and the number of samples, such as "linear-n8", or "linear-any" for readings at any directions.
     #[classmethod]
     fn load(_class: &Bound<'_, PyType>, py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let NamedRecipe { file, basis, .. } =
-            run_detached(py, || NamedRecipe::read(&path))?.map_err(to_exception)?;
-        Ok(Self { file, basis })
+        let named = run_detached(py, || NamedRecipe::read(&path))?;
+        Ok(Self(named.map_err(to_exception)?))
     }
 
     /// Writes the recipe. For the model linear, also writes its basis next to it, NAME.basis. Raises FileExistsError if
@@ -110,22 +95,22 @@ impl PyRecipe {
     #[pyo3(signature = (path, *, overwrite = false))]
     fn save(&self, py: Python<'_>, path: PathBuf, overwrite: bool) -> PyResult<()> {
         let mut files = Vec::new();
-        if let Some(basis) = &self.basis {
+        if let Some(basis) = &self.0.basis {
             // The basis comes first: a recipe without its basis is useless.
             files.push((Basis::path_for(&path), basis.to_bytes()));
         }
-        files.push((path, self.file.bytes().to_vec()));
+        files.push((path, self.0.file.bytes().to_vec()));
         run_detached(py, || write(&files, overwrite))?
     }
 
     /// Returns the recipe's bytes, as a device receives them.
     fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        PyBytes::new(py, self.file.bytes())
+        PyBytes::new(py, self.0.file.bytes())
     }
 
     /// Returns the bytes of the basis, or None if the model is not linear.
     fn basis_bytes<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyBytes>> {
-        let bytes = self.basis.as_ref().map(|basis| basis.to_bytes());
+        let bytes = self.0.basis.as_ref().map(|basis| basis.to_bytes());
         bytes.map(|bytes| PyBytes::new(py, &bytes))
     }
 
@@ -196,7 +181,7 @@ impl PyRecipe {
     /// number), split (their role in training) and on (their description, or None); or None.
     #[getter]
     fn expectation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, expectation(self.file.metadata()))
+        to_python(py, expectation(self.metadata()))
     }
 
     /// The limits of the machine that the recipe was trained for: a dict of max_theta_i_degrees, max_theta_o_degrees,
@@ -204,7 +189,7 @@ impl PyRecipe {
     #[getter]
     fn limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let degrees = |radians: f32| f64::from(radians).to_degrees();
-        let limits = self.file.metadata().limits.map(|limits| {
+        let limits = self.metadata().limits.map(|limits| {
             json!({
                 "max_theta_i_degrees": degrees(limits.max_theta_i),
                 "max_theta_o_degrees": degrees(limits.max_theta_o),
@@ -220,7 +205,7 @@ impl PyRecipe {
     /// quantization levels of the sensor, 0 for none).
     #[getter]
     fn noise<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let noise = self.file.metadata().noise.map(|noise| {
+        let noise = self.metadata().noise.map(|noise| {
             json!({
                 "relative": noise.multiplicative,
                 "additive_per_steradian": noise.additive,
@@ -234,7 +219,7 @@ impl PyRecipe {
     /// theta_o, phi_o), settle_seconds and seconds; or None.
     #[getter]
     fn scan_time<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let budget = self.file.metadata().scan_budget.map(|budget| {
+        let budget = self.metadata().scan_budget.map(|budget| {
             json!({
                 "speeds_degrees_per_second": budget.speeds.to_array(),
                 "settle_seconds": budget.settle,
@@ -250,13 +235,13 @@ impl PyRecipe {
     /// share (of training tasks).
     #[getter]
     fn training<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, self.file.metadata().training.as_ref().map(training))
+        to_python(py, self.metadata().training.as_ref().map(training))
     }
 
     /// The names of the training materials, or an empty list if the recipe does not list them.
     #[getter]
     fn trained_on(&self) -> Vec<String> {
-        let materials = self.file.metadata().materials.iter();
+        let materials = self.metadata().materials.iter();
         materials.map(|material| material.name.clone()).collect()
     }
 
@@ -304,7 +289,7 @@ impl PyRecipe {
                 in_plane,
             },
         };
-        PyPlan::new(py, &self.file, &request, seed)
+        PyPlan::new(py, &self.0.file, &request, seed)
     }
 
     /// Fits readings with the code that a device runs, and finds outliers, as `trainer fit` does.
@@ -313,7 +298,7 @@ impl PyRecipe {
     /// the recipe `tolerates_missing`). With `directions` (m, 2, 3), it is an array (m, 3) of readings in any order;
     /// samples may be repeated or missing. Each reading is assigned to the nearest sample, at most 0.5 degrees away in
     /// every angle. If a reading is further away, all are fitted with the bundled recipe of the model for readings at any
-    /// directions, and `off_pattern` of the result says so. With a recipe that was trained with `samples="any"`,
+    /// directions, and the `report` says so. With a recipe that was trained with `samples="any"`,
     /// directions are arbitrary. Repeated readings are averaged. `saturated` has one boolean for each reading, True if the
     /// sensor was saturated. `noise` has the standard deviation of each reading, relative to it, at any directions.
     ///
@@ -325,7 +310,7 @@ impl PyRecipe {
     /// be the path of a CSV file, as of `trainer fit`.
     ///
     /// With `white`, the readings are counts of the sensor, and `white` holds the counts of a white reference. If they
-    /// were read at the recipe's samples, `white` is an array (n, 3). If they were read once, `white` is three numbers,
+    /// were read where the readings were, `white` is an array (n, 3). If they were read once, `white` is three numbers,
     /// `white_directions` (2, 3) is the pair of directions, and `footprint` is the larger spot, "light" or "sensor".
     /// `dark` is the number of counts without light (default 0). `white_reflectance` is the reflectance of the
     /// reference (default 0.99). `saturation` is the count at which the sensor saturates.
@@ -369,8 +354,8 @@ impl PyRecipe {
             white_reflectance,
             saturation,
         };
-        let (chosen, measurements) = args.measurements(&slf.get().named())?;
-        let fitted = PyFittedMaterial::new(slf.as_any(), chosen, name, measurements, keep_all)?;
+        let readings = args.readings(&slf.get().0)?;
+        let fitted = PyFittedMaterial::new(slf.as_any(), readings, name, keep_all)?;
         PyFittedMaterial::require_plausible(fitted)
     }
 
@@ -412,7 +397,7 @@ impl PyRecipe {
         };
         PyProposals::new(
             slf.as_any(),
-            &slf.get().named(),
+            &slf.get().0,
             (directions, readings),
             count,
             &machine,
@@ -422,20 +407,8 @@ impl PyRecipe {
 
     /// Returns the recipe of readings at directions, an array (n, 2, 3), that a recipe without a pattern fits.
     fn at(&self, directions: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let named = self.named();
-        if !named.is_any() {
-            return reject(
-                "the recipe has a pattern: use one that was trained with samples \"any\"",
-            );
-        }
         let angles = Pairs::from_arrays(directions, None)?.angles()?;
-        match named.at(&angles, &[]) {
-            Some(ChosenRecipe { recipe, .. }) => Ok(Self {
-                file: recipe.file,
-                basis: recipe.basis,
-            }),
-            None => reject("directions: give at most 4096 pairs"),
-        }
+        Ok(Self(self.0.at(&angles, &[]).map_err(to_exception)?))
     }
 
     /// Returns [mean, components]: the mapped mean, float32 (n,), and the components, float32 (n, k), at directions (n, 2, 3).
@@ -465,41 +438,17 @@ impl PyRecipe {
         ])
     }
 
-    /// Repeats a fit from the angles of each sample, its reading and its saturation, for pickles.
-    fn _fit_samples<'py>(
+    /// Repeats a fit of readings, for pickles.
+    fn _fit_rows<'py>(
         slf: &Bound<'py, Self>,
         name: &str,
-        samples: Vec<SampleState>,
-        wavelengths: Vec<f32>,
+        data: &[u8],
         keep_all: bool,
     ) -> PyResult<Bound<'py, PyFittedMaterial>> {
-        let angles = samples
-            .iter()
-            .map(|([theta_h, theta_d, phi_d], ..)| Angles {
-                theta_h: *theta_h,
-                theta_d: *theta_d,
-                phi_d: *phi_d,
-            });
-        let angles: Vec<_> = angles.collect();
-        let Some(chosen) = slf.get().named().choose_at(&angles) else {
-            return reject("the fit is not one of this recipe");
-        };
-        let mut measurements = Measurements {
-            samples: vec![Repeated::new(); samples.len()],
-            wavelengths,
-            spectra: samples.iter().map(|(.., bands)| bands.clone()).collect(),
-            rows: samples
-                .iter()
-                .filter(|(_, reading, _)| reading.is_some())
-                .count(),
-            max_distance: None,
-        };
-        for (sample, (_, reading, _)) in measurements.samples.iter_mut().zip(samples) {
-            if let Some((brdf, saturated)) = reading {
-                sample.add(brdf, saturated).map_err(to_exception)?;
-            }
-        }
-        PyFittedMaterial::new(slf.as_any(), chosen, name, measurements, keep_all)
+        let (rows, quantity) = postcard::from_bytes(data)
+            .map_err(|error| GlimpseError::new_err(format!("the pickle is damaged: {error}")))?;
+        let readings = Readings::new(&slf.get().0, rows, quantity).map_err(to_exception)?;
+        PyFittedMaterial::new(slf.as_any(), readings, name, keep_all)
     }
 
     fn __repr__(&self) -> String {
@@ -518,7 +467,7 @@ impl PyRecipe {
 
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
         let other = other.cast::<Self>();
-        other.is_ok_and(|other| other.get().file.bytes() == self.file.bytes())
+        other.is_ok_and(|other| other.get().0.file.bytes() == self.0.file.bytes())
     }
 
     fn __hash__(&self) -> u32 {

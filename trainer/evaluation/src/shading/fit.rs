@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glimpse_core::geometry::{Directions, HalfDifference};
-use glimpse_materials::{Brdf, NotFinite};
+use glimpse_materials::{Brdf, Lab, NotFinite};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -11,7 +11,6 @@ use super::cosines::Cosines;
 use super::model::{Shading, ShadingModel};
 use super::parameter::{Parameter, Role};
 use crate::least_squares::Errors;
-use crate::metrics::color::Lab;
 
 /// An error of a fit of a shading model.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

@@ -1,12 +1,12 @@
-//! Angle columns of a table.
+//! Angle columns of a table, their unit and conventions.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::Path;
 
+use clap::{Args, ValueEnum};
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 
-use super::convention::AngleArgs;
-use super::layout::{ANGLES, INDEX};
+use super::layout::{ANGLES, AngleUnit, INDEX};
 use super::table::{Row, Table, TableError};
 
 /// The columns of Rusinkiewicz angles.
@@ -18,6 +18,91 @@ const MIN_COSINE: f64 = 1e-9;
 /// The theta_h below which the half vector is the normal, radians: the error of directions in single precision, or in degrees
 /// with 5 decimals.
 const POLE: f64 = 1e-6;
+
+/// Unit and conventions of a table's angles.
+#[derive(Args, Clone, Debug, Default, PartialEq)]
+pub struct AngleArgs {
+    /// Unit of the angles [default: degrees, unless all are small enough to be radians]
+    #[arg(long, value_enum)]
+    pub unit: Option<AngleUnit>,
+    /// Conventions of the angles, separated by commas
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "CONVENTION,...")]
+    pub convention: Vec<AngleConvention>,
+}
+
+/// A convention of polar angles or azimuths. Without it, polar angles are measured from the normal, and are not negative.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum AngleConvention {
+    /// Polar angles from the surface.
+    Elevation,
+    /// A negative polar angle is at the opposite azimuth.
+    Signed,
+    /// The azimuth of the sensor is 0 in the mirror direction, as ASTM and NIST count it.
+    FromMirror,
+}
+
+impl AngleArgs {
+    fn has(&self, convention: AngleConvention) -> bool {
+        self.convention.contains(&convention)
+    }
+
+    /// Converts a polar angle to radians from the normal. The error describes the angle.
+    fn polar(&self, name: &str, angle: f64, max_degrees: f64) -> Result<f64, String> {
+        let radians = self.signed_polar(name, angle)?;
+        if radians < 0.0 && !self.has(AngleConvention::Signed) {
+            return Err(format!(
+                "column {name}: {angle} is below 0; give --convention signed if a negative polar angle is at the opposite \
+                 azimuth"
+            ));
+        }
+        if radians.to_degrees() <= max_degrees {
+            Ok(radians)
+        } else {
+            Err(self.out_of_range(name, angle, max_degrees))
+        }
+    }
+
+    /// Converts a polar angle of either sign to radians from the normal. The error describes the angle.
+    fn signed_polar(&self, name: &str, angle: f64) -> Result<f64, String> {
+        let radians = if self.has(AngleConvention::Elevation) {
+            FRAC_PI_2 - self.azimuth(angle)
+        } else {
+            self.azimuth(angle)
+        };
+        if radians.abs() <= PI {
+            Ok(radians)
+        } else {
+            Err(self.out_of_range(name, angle, 180.0))
+        }
+    }
+
+    /// Converts an azimuth to radians.
+    fn azimuth(&self, angle: f64) -> f64 {
+        match self.unit {
+            Some(AngleUnit::Radians) => angle,
+            _ => angle.to_radians(),
+        }
+    }
+
+    /// Returns the azimuth that is added to the sensor's.
+    fn sensor_azimuth(&self) -> f64 {
+        if self.has(AngleConvention::FromMirror) {
+            PI
+        } else {
+            0.0
+        }
+    }
+
+    fn out_of_range(&self, name: &str, angle: f64, max_degrees: f64) -> String {
+        let unit = match self.unit {
+            Some(AngleUnit::Radians) => "radians",
+            _ => "degrees",
+        };
+        format!(
+            "column {name}: {angle} {unit} is out of range; give an angle of 0 to {max_degrees} degrees"
+        )
+    }
+}
 
 /// A file of pairs of directions.
 pub struct AngleTable {
@@ -46,10 +131,8 @@ impl AngleTable {
     pub fn read(path: &Path, args: &AngleArgs) -> Result<Self, TableError> {
         let table = Table::read(path)?;
         let Some(angles) = AngleColumns::find(&table)? else {
-            return Err(table.file_error(format!(
-                "line {} names the columns {}, none of which is an angle; name {}, or {}",
-                table.header_line,
-                table.names(),
+            return Err(table.columns_error(&format!(
+                "none of which is an angle; name {}, or {}",
                 DIRECTIONS.join(", "),
                 HALF_DIFFERENCE.join(", ")
             )));
@@ -190,7 +273,7 @@ impl AngleColumns {
         let error = |message: String| table.line_error(row.line, &message);
         let angle = |name: &str| {
             let angle = table
-                .number::<f64>(row, name)?
+                .number::<f64>(row, name, "give an angle")?
                 .filter(|angle| angle.is_finite());
             angle.ok_or_else(|| {
                 error(format!(
@@ -246,16 +329,18 @@ pub fn angles_from_vectors(incoming: [f64; 3], outgoing: [f64; 3]) -> Option<Ang
 }
 
 /// Returns the Rusinkiewicz angles, in radians, of two directions of length 1.
-pub(super) fn rusinkiewicz(incoming: [f64; 3], outgoing: [f64; 3]) -> Angles<f64> {
+#[must_use]
+pub fn rusinkiewicz(incoming: [f64; 3], outgoing: [f64; 3]) -> Angles<f64> {
     let sum: [f64; 3] = std::array::from_fn(|i| incoming[i] + outgoing[i]);
     let difference: [f64; 3] = std::array::from_fn(|i| incoming[i] - outgoing[i]);
     let length = |[x, y, z]: [f64; 3]| x.hypot(y).hypot(z);
     let theta_h = sum[0].hypot(sum[1]).atan2(sum[2]);
     let [x, y, z] = incoming;
     // At the pole, phi_d is 0, as on the device: the azimuth of the half vector is that of the light.
-    let phi_h = match theta_h < POLE {
-        true => y.atan2(x),
-        false => sum[1].atan2(sum[0]),
+    let phi_h = if theta_h < POLE {
+        y.atan2(x)
+    } else {
+        sum[1].atan2(sum[0])
     };
     // Rotate the incoming direction so that the half vector is the z axis.
     let (sin, cos) = phi_h.sin_cos();
@@ -271,10 +356,13 @@ pub(super) fn rusinkiewicz(incoming: [f64; 3], outgoing: [f64; 3]) -> Angles<f64
 pub(super) fn above_horizon(angles: Angles<f64>) -> Option<Angles<f32>> {
     let at = HalfDifference::from_angles(angles);
     let is_above = at.cos_theta_i() > MIN_COSINE && at.cos_theta_o() > MIN_COSINE;
+    let phi_d = angles.phi_d.rem_euclid(TAU) as f32;
+    // Of two equal directions, rounding may turn one angle to -0 or to the whole turn.
+    let is_whole_turn = phi_d >= TAU as f32;
     is_above.then_some(Angles {
-        theta_h: angles.theta_h as f32,
-        theta_d: angles.theta_d as f32,
-        phi_d: angles.phi_d.rem_euclid(TAU) as f32,
+        theta_h: angles.theta_h as f32 + 0.0,
+        theta_d: angles.theta_d as f32 + 0.0,
+        phi_d: if is_whole_turn { 0.0 } else { phi_d + 0.0 },
     })
 }
 

@@ -9,7 +9,7 @@
 //! 0.035 to 0.010, and raise the loss from 0.0282 to 0.0304 (36 networks of MERL, six aspecular angles, `linear-any`).
 
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::geometry::HalfDifference;
+use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::{map, unmap};
 use glimpse_core::recipe::Recipe;
 use glimpse_kernels::scan::scan_with_missing;
@@ -17,19 +17,12 @@ use glimpse_materials::basis::Basis;
 use glimpse_materials::{BandValues, Bands};
 use rayon::prelude::*;
 
+use super::readings::SampleReading;
+
 /// The number of repetitions.
 const REPETITIONS: usize = 3;
 
-/// A reading in bands.
-struct SpectralSample {
-    at: HalfDifference<f32>,
-    weight: f32,
-    measured: Vec<f32>,
-    /// u of each band.
-    targets: Vec<f32>,
-}
-
-/// Fits each band of the readings of a recipe's samples; empty spectra are not used.
+/// Fits each band of the used readings of a recipe's samples.
 ///
 /// # Errors
 /// If a fit fails as it would on a device.
@@ -37,54 +30,53 @@ pub(super) fn fit_bands(
     recipe: &Recipe<'_>,
     basis: Option<&Basis>,
     wavelengths: &[f32],
-    spectra: &[&[f32]],
+    samples: &[SampleReading],
 ) -> Result<Bands, Error> {
-    let samples = recipe.pattern().zip(spectra).map(|(angles, spectrum)| {
-        if spectrum.is_empty() {
-            return None;
-        }
-        let at = HalfDifference::from_angles(angles);
-        let weight = at.cos_theta_i() * at.cos_theta_o();
-        let mapped = spectrum.iter().map(|value| map(value.max(0.0), weight));
-        let mapped: Vec<f32> = mapped.collect();
-        Some(SpectralSample {
-            at,
-            weight,
-            targets: mapped.clone(),
-            measured: mapped,
-        })
+    let at = |sample: &SampleReading| HalfDifference::from_angles(sample.angles);
+    let mapped = samples.iter().map(|sample| {
+        let weight = weight(&at(sample));
+        let bands = sample.bands.iter().filter(|_| sample.used().is_some());
+        bands.map(|value| map(value.max(0.0), weight)).collect()
     });
-    let mut samples: Vec<Option<SpectralSample>> = samples.collect();
-    let mut bands = fit_once(recipe, basis, &samples, wavelengths)?;
+    let mapped: Vec<Vec<f32>> = mapped.collect();
+    // u of each sample and band.
+    let mut targets = mapped.clone();
+    let mut bands = fit_once(recipe, basis, &targets, wavelengths)?;
     for _ in 0..REPETITIONS {
-        for sample in samples.iter_mut().flatten() {
-            let fitted = bands.evaluate(&[sample.at]).concat();
-            let values = sample.targets.iter_mut().zip(&sample.measured).zip(fitted);
-            for ((target, measured), fitted) in values {
-                *target += measured - map(fitted, sample.weight);
+        for ((sample, targets), mapped) in samples.iter().zip(&mut targets).zip(&mapped) {
+            let at = at(sample);
+            let fitted = bands.evaluate(&[at]).concat();
+            for ((target, measured), fitted) in targets.iter_mut().zip(mapped).zip(fitted) {
+                *target += measured - map(fitted, weight(&at));
             }
         }
-        bands = fit_once(recipe, basis, &samples, wavelengths)?;
+        bands = fit_once(recipe, basis, &targets, wavelengths)?;
     }
     Ok(bands)
+}
+
+/// Returns cos(theta_i) cos(theta_o).
+fn weight(at: &HalfDifference<f32>) -> f32 {
+    at.cos_theta_i() * at.cos_theta_o()
 }
 
 fn fit_once(
     recipe: &Recipe<'_>,
     basis: Option<&Basis>,
-    samples: &[Option<SpectralSample>],
+    targets: &[Vec<f32>],
     wavelengths: &[f32],
 ) -> Result<Bands, Error> {
-    let read = |sample: usize, band: usize| -> Option<[f32; 3]> {
-        let SpectralSample {
-            targets, weight, ..
-        } = samples.get(sample)?.as_ref()?;
-        let mean = targets.iter().sum::<f32>() / targets.len() as f32;
+    let read = |sample: usize, angles: Angles<f32>, band: usize| -> Option<[f32; 3]> {
+        let targets = targets.get(sample)?;
         let target = targets.get(band)?;
-        Some([*target, 2.0 * mean - target, mean].map(|mapped| unmap(mapped, *weight)))
+        let mean = targets.iter().sum::<f32>() / targets.len() as f32;
+        let weight = weight(&HalfDifference::from_angles(angles));
+        Some([*target, 2.0 * mean - target, mean].map(|mapped| unmap(mapped, weight)))
     };
     let fit = |band: usize| {
-        let outcome = scan_with_missing(recipe, &mut |sample, _| read(sample.into(), band))?;
+        let outcome = scan_with_missing(recipe, &mut |sample, angles| {
+            read(sample.into(), angles, band)
+        })?;
         Ok(outcome.values)
     };
     let bands = (0..wavelengths.len()).into_par_iter().map(fit);

@@ -1,59 +1,24 @@
-//! Fits of lab measurements.
-
-use std::path::{Path, PathBuf};
+//! Fits of lab readings.
 
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::gonio::Repeated;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::{LossPrediction, scan_with_missing};
-use glimpse_materials::basis::Basis;
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
-use glimpse_materials::{BasisFile, FittedBrdf, FittedMaterial};
-use glimpse_training::linear::{CoefficientPrior, Posterior, PosteriorReading};
-use serde::Serialize;
+use glimpse_materials::{FittedBrdf, FittedMaterial};
+use glimpse_training::linear::Posterior;
 
 use super::bands::fit_bands;
-use super::measurements::Measurements;
-use super::outliers::OutlierReport;
-
-/// The status of a sample's reading in a fit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ReadingStatus {
-    /// The fit uses the reading.
-    Used,
-    /// The sample has no reading.
-    Missing,
-    /// The fit does not use the reading, because it is saturated.
-    Saturated,
-    /// The fit does not use the reading, because it is an outlier.
-    Outlier,
-}
-
-impl ReadingStatus {
-    /// Returns the name in files, reports and Python.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Used => "used",
-            Self::Missing => "missing",
-            Self::Saturated => "saturated",
-            Self::Outlier => "outlier",
-        }
-    }
-}
+use super::outliers::Outliers;
+use super::readings::{ReadingStatus, Readings, known_readings};
 
 /// The readings of a recipe's samples, and those among them that a fit uses.
 #[derive(Clone, Debug)]
 pub struct Selection {
-    /// The readings.
-    pub measurements: Measurements,
-    /// The status of each sample's reading.
-    pub statuses: Vec<ReadingStatus>,
+    /// The readings, with their status.
+    pub readings: Readings,
     /// The outliers among the readings.
-    pub outlier_report: OutlierReport,
+    pub outliers: Outliers,
     /// The distribution of the material, given the used readings.
     pub posterior: Posterior,
 }
@@ -69,17 +34,6 @@ pub struct Fit {
     pub residual: Residual,
     /// The predicted loss: by the recipe, or else by the posterior of the readings.
     pub prediction: LossPrediction,
-}
-
-impl Fit {
-    /// Checks that the readings are plausible.
-    ///
-    /// # Errors
-    /// [`FitFailure::Implausible`] if they are unlikely to come from a material.
-    pub fn check_plausible(&self) -> Result<(), FitFailure> {
-        let reason = self.residual.implausible;
-        reason.map_or(Ok(()), |reason| Err(FitFailure::Implausible(reason)))
-    }
 }
 
 /// An error of fitting measurements.
@@ -144,140 +98,83 @@ impl Selection {
     ///
     /// # Errors
     /// [`FitFailure::Missing`] if readings that the recipe needs are missing.
-    pub fn new(
-        recipe: &Recipe<'_>,
-        prior: &CoefficientPrior,
-        measurements: Measurements,
-        keep_all: bool,
-    ) -> Result<Self, FitFailure> {
-        let tolerates_missing = recipe.tolerates_missing();
-        let missing = measurements.missing();
+    pub fn new(mut readings: Readings, keep_all: bool) -> Result<Self, FitFailure> {
+        let tolerates_missing = readings.recipe.file.recipe().tolerates_missing();
+        let missing = readings.with_status(ReadingStatus::Missing);
         if !tolerates_missing && !missing.is_empty() {
             return Err(FitFailure::Missing {
                 missing,
-                samples: recipe.samples(),
+                samples: readings.samples.len(),
             });
         }
-        let readings = posterior_readings(recipe, &measurements);
-        let outlier_report = OutlierReport::new(prior, &readings);
-        // If all readings are saturated, the fit uses them, as on a device.
-        let any_unsaturated = measurements.any_unsaturated();
-        let status = |(index, sample): (usize, &Repeated)| {
-            if sample.count() == 0 {
-                ReadingStatus::Missing
-            } else if tolerates_missing && any_unsaturated && sample.saturated() {
-                ReadingStatus::Saturated
-            } else if tolerates_missing && !keep_all && outlier_report.excluded == Some(index) {
-                ReadingStatus::Outlier
-            } else {
-                ReadingStatus::Used
+        let prior = &readings.recipe.prior;
+        let outliers = Outliers::find(prior, &mut readings.samples);
+        let known = known_readings(&readings.samples);
+        if tolerates_missing {
+            for (index, sample) in readings.samples.iter_mut().enumerate() {
+                if sample.brdf.saturated() && known.binary_search(&index).is_err() {
+                    sample.status = ReadingStatus::Saturated;
+                } else if !keep_all && outliers.excluded == Some(index) {
+                    sample.status = ReadingStatus::Outlier;
+                }
             }
-        };
-        let statuses = measurements.samples.iter().enumerate().map(status);
-        let statuses: Vec<ReadingStatus> = statuses.collect();
-        let is_used = |(_, status): &(_, &ReadingStatus)| **status == ReadingStatus::Used;
-        let used = readings.into_iter().zip(&statuses).filter(is_used);
-        let used: Vec<PosteriorReading> = used.filter_map(|(reading, _)| reading).collect();
-        let posterior = Posterior::new(prior, &used).ok_or(Error::new(ErrorCode::Diverged))?;
+        }
+        let used = known.iter().map(|index| &readings.samples[*index]);
+        let used = used.filter(|sample| sample.status == ReadingStatus::Used);
+        let used = used.filter_map(|sample| sample.for_posterior(prior));
+        let posterior = Posterior::new(prior, &used.collect::<Vec<_>>());
         Ok(Self {
-            statuses,
-            measurements,
-            outlier_report,
-            posterior,
+            posterior: posterior.ok_or(Error::new(ErrorCode::Diverged))?,
+            readings,
+            outliers,
+        })
+    }
+}
+
+impl Fit {
+    /// Selects readings, and fits them as a device does. `name` is that of the material.
+    ///
+    /// # Errors
+    /// If the model cannot follow readings in bands, readings are missing, or the fit fails as it would on a device.
+    pub fn new(readings: Readings, name: String, keep_all: bool) -> Result<Self, FitFailure> {
+        let model = readings.recipe.file.recipe().model();
+        let is_in_bands = !readings.rows.wavelengths().is_empty();
+        if is_in_bands && matches!(model, ModelKind::Phong | ModelKind::CookTorrance) {
+            return Err(FitFailure::Bands(model));
+        }
+        let selection = Selection::new(readings, keep_all)?;
+        let Readings {
+            recipe,
+            samples,
+            rows,
+            ..
+        } = &selection.readings;
+        let (basis, recipe) = (recipe.basis.as_deref(), recipe.file.recipe());
+        let result = scan_with_missing(&recipe, &mut |index, _| {
+            samples.get(usize::from(index))?.used()
+        })?;
+        let fitted = FittedBrdf::new(model, result.values, basis);
+        let material = fitted.and_then(|fitted| FittedMaterial::new(name, fitted));
+        // The values of a fit that ended are finite, and match the recipe's basis.
+        let mut material = material.ok_or(Error::new(ErrorCode::Diverged))?;
+        if is_in_bands {
+            material = material.with_bands(fit_bands(&recipe, basis, rows.wavelengths(), samples)?);
+        }
+        let prediction = result.prediction;
+        Ok(Self {
+            prediction: prediction.unwrap_or_else(|| selection.posterior.loss(material.fitted())),
+            material,
+            selection,
+            residual: result.residual,
         })
     }
 
-    /// Returns the readings that the fit uses: the BRDF of each sample in linear RGB, sr^-1, and None for the others.
-    #[must_use]
-    pub fn used(&self) -> Vec<Option<[f32; 3]>> {
-        let samples = self.measurements.samples.iter().zip(&self.statuses);
-        let used = samples
-            .map(|(sample, status)| sample.mean().filter(|_| *status == ReadingStatus::Used));
-        used.collect()
+    /// Checks that the readings are plausible.
+    ///
+    /// # Errors
+    /// [`FitFailure::Implausible`] if they are unlikely to come from a material.
+    pub fn check_plausible(&self) -> Result<(), FitFailure> {
+        let reason = self.residual.implausible;
+        reason.map_or(Ok(()), |reason| Err(FitFailure::Implausible(reason)))
     }
-
-    /// Returns the samples with this status.
-    #[must_use]
-    pub fn with_status(&self, status: ReadingStatus) -> Vec<usize> {
-        let all = self.statuses.iter().enumerate();
-        let matching = all.filter(|(_, actual)| **actual == status);
-        matching.map(|(index, _)| index).collect()
-    }
-}
-
-/// Fits readings as a device does. The basis is needed for the model Linear; `name` is that of the material.
-///
-/// # Errors
-/// If the fit fails as it would on a device.
-pub fn fit(
-    recipe: &Recipe<'_>,
-    basis: Option<&Basis>,
-    name: String,
-    selection: Selection,
-) -> Result<Fit, FitFailure> {
-    let used = selection.used();
-    let result = scan_with_missing(recipe, &mut |index, _| *used.get(usize::from(index))?)?;
-    let fitted = FittedBrdf::new(recipe.model(), result.values, basis);
-    let material = fitted.and_then(|fitted| FittedMaterial::new(name, fitted));
-    // The values of a fit that ended are finite, and match the recipe's basis.
-    let mut material = material.ok_or(Error::new(ErrorCode::Diverged))?;
-    let measurements = &selection.measurements;
-    if !measurements.wavelengths.is_empty() {
-        if let model @ (ModelKind::Phong | ModelKind::CookTorrance) = recipe.model() {
-            return Err(FitFailure::Bands(model));
-        }
-        let spectra = measurements.spectra.iter().zip(&used);
-        let spectra = spectra.map(|(spectrum, used)| used.map_or(&[][..], |_| &spectrum[..]));
-        let spectra: Vec<&[f32]> = spectra.collect();
-        let bands = fit_bands(recipe, basis, &measurements.wavelengths, &spectra)?;
-        material = material.with_bands(bands);
-    }
-    let prediction = result.prediction;
-    Ok(Fit {
-        prediction: prediction.unwrap_or_else(|| selection.posterior.loss(material.fitted())),
-        material,
-        selection,
-        residual: result.residual,
-    })
-}
-
-/// Files that belong together: their paths and contents.
-pub type MaterialFiles = Vec<(PathBuf, Vec<u8>)>;
-
-/// Returns the file of a fitted material, and for the model Linear that of its basis next to it, `NAME.basis`.
-///
-/// # Errors
-/// If `metadata` is neither a map nor a struct.
-pub fn material_files(
-    material: &FittedMaterial,
-    path: &Path,
-    basis: Option<&Basis>,
-    metadata: impl Serialize,
-) -> serde_json::Result<MaterialFiles> {
-    let basis_path = path.with_extension("basis");
-    let name = basis_path.file_name().unwrap_or_default().to_string_lossy();
-    let reference = basis.map(|basis| BasisFile::new(name.into_owned(), basis.whole_checksum()));
-    let json = material.to_json(reference.as_ref(), metadata)?;
-    let basis = basis.map(|basis| (basis_path.clone(), basis.to_bytes()));
-    let files = basis
-        .into_iter()
-        .chain([(path.to_owned(), json.into_bytes())]);
-    Ok(files.collect())
-}
-
-/// Returns the readings of a recipe's samples. Those of saturated readings are None, because their values are unknown,
-/// unless all are saturated.
-fn posterior_readings(
-    recipe: &Recipe<'_>,
-    measurements: &Measurements,
-) -> Vec<Option<PosteriorReading>> {
-    let any_unsaturated = measurements.any_unsaturated();
-    let samples = recipe.pattern().zip(&measurements.samples).enumerate();
-    let each = samples.map(|(index, (angles, sample))| {
-        let mean = sample
-            .mean()
-            .filter(|_| !any_unsaturated || !sample.saturated());
-        mean.map(|brdf| PosteriorReading::of_sample(recipe, index, angles, brdf))
-    });
-    each.collect()
 }

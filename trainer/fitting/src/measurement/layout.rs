@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use clap::ValueEnum;
+
 /// All columns of angles.
 pub(super) const ANGLES: [&str; 8] = [
     "theta_h", "theta_d", "phi_d", "theta_i", "phi_i", "theta_o", "phi_o", "phi",
@@ -41,6 +43,15 @@ pub(super) struct Layout<'a> {
     pub(super) separator: char,
     /// The lines below the names.
     pub(super) rows: &'a str,
+}
+
+/// The unit of angles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum AngleUnit {
+    /// Degrees.
+    Degrees,
+    /// Radians.
+    Radians,
 }
 
 /// The stated unit of a column.
@@ -195,9 +206,10 @@ pub(super) fn row_of_units<S: AsRef<str>>(line: u64, names: &[String], cells: &[
     let units = names.iter().zip(cells);
     let units = units.filter_map(|(name, cell)| Unit::new(line, name, cell.as_ref()));
     let units: Vec<Unit> = units.collect();
-    match units.iter().any(|unit| known.contains(&&unit.text[..])) {
-        true => units,
-        false => Vec::new(),
+    if units.iter().any(|unit| known.contains(&&unit.text[..])) {
+        units
+    } else {
+        Vec::new()
     }
 }
 

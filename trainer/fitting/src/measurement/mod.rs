@@ -1,34 +1,35 @@
 //! Lab readings. They are matched to a recipe's pattern, converted to BRDFs, checked for outliers, and fitted.
 
 mod angles;
-mod any_directions;
 mod bands;
-mod convention;
 mod fit;
 mod instrument;
 mod layout;
-mod matched_rows;
 mod matching;
-mod measurements;
 mod next;
 mod outliers;
+mod placement;
 mod quantity;
-mod reading_row;
+mod readings;
+mod recipe;
+mod report;
 mod rows;
+mod spectrum;
 mod table;
 
-pub use angles::{AngleRow, AngleTable, angles_from_vectors};
-pub use any_directions::{ChosenRecipe, NamedRecipe};
-pub use convention::{AngleArgs, AngleConvention, AngleUnit};
-pub use fit::{Fit, FitFailure, MaterialFiles, ReadingStatus, Selection, fit, material_files};
-pub use instrument::Instrument;
-pub use matching::{AngularDistance, IsotropicAngles};
-pub use measurements::{Measurements, coefficient_of_variation};
-pub use next::MachineArgs;
-pub use outliers::OutlierReport;
-pub use quantity::{
-    CountCalibration, FOOTPRINTS, Multiple, QUANTITIES, ReadingQuantity, WhiteReference,
+pub use angles::{
+    AngleArgs, AngleConvention, AngleRow, AngleTable, angles_from_vectors, rusinkiewicz,
 };
-pub use reading_row::LabReading;
-pub use rows::Rows;
+pub use fit::{Fit, FitFailure, Selection};
+pub use instrument::Instrument;
+pub use layout::AngleUnit;
+pub use matching::{AngularDistance, IsotropicAngles};
+pub use next::MachineArgs;
+pub use outliers::Outliers;
+pub use quantity::{CountCalibration, FOOTPRINTS, Multiple, QUANTITIES, ReadingQuantity};
+pub use readings::{ReadingStatus, Readings, SampleReading};
+pub use recipe::NamedRecipe;
+pub use report::{MaterialFiles, Report, material_files};
+pub use rows::{LabReading, Rows};
+pub use spectrum::{ILLUMINANTS, OBSERVERS, SpectrumReading, SpectrumReport};
 pub use table::TableError;

@@ -83,15 +83,3 @@ impl MachineArgs {
         Ok(posterior.next(&candidates, [measured, &begin], count, &mut position))
     }
 }
-
-impl NamedRecipe {
-    /// Returns the recipe for readings at any directions that continues after this recipe's samples: this one, or the
-    /// bundled one of its model.
-    #[must_use]
-    pub fn continuing(&self) -> Option<Self> {
-        match self.is_any() {
-            true => Some(self.clone()),
-            false => Self::bundled(self.file.recipe().model()),
-        }
-    }
-}

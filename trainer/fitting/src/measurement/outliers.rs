@@ -7,9 +7,9 @@
 //! A reading of an unusual material is improbable, too, but it helps to predict the others. Only the worst outlier is
 //! excluded from the fit, and only if the others predict each other better without it.
 
-use glimpse_training::linear::{
-    CoefficientPrior, LeftOut, Posterior, PosteriorReading, gain_without,
-};
+use glimpse_training::linear::{CoefficientPrior, LeftOut, Posterior, gain_without};
+
+use super::readings::{SampleReading, known_readings};
 
 /// The minimum number of readings per outlier. With fewer others, predictions are unreliable.
 const READINGS_PER_OUTLIER: usize = 4;
@@ -25,63 +25,62 @@ fn outlier_threshold(readings: usize) -> f64 {
     (3.0 + 2.0 * (readings.max(1) as f64).ln()).sqrt()
 }
 
-/// The result of outlier detection.
+/// The outliers among the readings of samples.
 #[derive(Clone, Debug)]
-pub struct OutlierReport {
-    /// The prediction of each sample from the others; None if its reading is missing. For an outlier, it is the prediction
-    /// just before its removal. For any other reading, it is the prediction after the removal of all outliers.
-    pub predictions: Vec<Option<LeftOut>>,
+pub struct Outliers {
     /// The samples of outliers, worst first.
-    pub outliers: Vec<usize>,
+    pub samples: Vec<usize>,
     /// The sample of the worst outlier, if the other readings predict each other better without it.
     pub excluded: Option<usize>,
     /// The z-score above which a reading is an outlier.
     pub threshold: f64,
 }
 
-impl OutlierReport {
-    /// Finds outliers among the readings of samples, None if missing.
+impl Outliers {
+    /// Finds outliers among the known readings, and stores the prediction of each reading from the others.
     #[must_use]
-    pub fn new(prior: &CoefficientPrior, readings: &[Option<PosteriorReading>]) -> Self {
-        let all = readings.iter().enumerate();
-        let mut present: Vec<usize> = all
-            .filter_map(|(sample, reading)| reading.map(|_| sample))
-            .collect();
-        let predict = |present: &[usize]| -> Vec<LeftOut> {
-            let readings = present.iter().filter_map(|sample| readings[*sample]);
-            let posterior = Posterior::new(prior, &readings.collect::<Vec<_>>());
-            posterior.map_or_else(Vec::new, |posterior| posterior.left_out())
-        };
-        let mut report = Self {
-            predictions: vec![None; readings.len()],
-            outliers: Vec::new(),
+    pub fn find(prior: &CoefficientPrior, readings: &mut [SampleReading]) -> Self {
+        let mut present = known_readings(readings);
+        let mut outliers = Self {
+            samples: Vec::new(),
             excluded: None,
             threshold: outlier_threshold(present.len()),
         };
         let max_outliers = (present.len() / READINGS_PER_OUTLIER).min(MAX_OUTLIERS);
-        let mut left_out = predict(&present);
+        let mut left_out = left_out(prior, readings, &present);
         loop {
             for (sample, prediction) in present.iter().zip(&left_out) {
-                report.predictions[*sample] = Some(*prediction);
+                readings[*sample].prediction = Some(*prediction);
             }
-            let each = left_out
-                .iter()
-                .map(|prediction| prediction.z.abs())
-                .enumerate();
-            let worst = each.max_by(|(_, one), (_, other)| one.total_cmp(other));
-            let Some((index, _)) = worst.filter(|(_, z)| *z > report.threshold) else {
-                return report;
+            let distances = left_out.iter().map(|prediction| prediction.z.abs());
+            let worst = distances
+                .enumerate()
+                .max_by(|(_, one), (_, other)| one.total_cmp(other));
+            let Some((index, _)) = worst.filter(|(_, z)| *z > outliers.threshold) else {
+                return outliers;
             };
-            if report.outliers.len() == max_outliers {
-                return report;
+            if outliers.samples.len() == max_outliers {
+                return outliers;
             }
             let sample = present.remove(index);
-            let others = predict(&present);
-            if report.outliers.is_empty() && gain_without(&left_out, index, &others) > MIN_GAIN {
-                report.excluded = Some(sample);
+            let others = self::left_out(prior, readings, &present);
+            if outliers.samples.is_empty() && gain_without(&left_out, index, &others) > MIN_GAIN {
+                outliers.excluded = Some(sample);
             }
-            report.outliers.push(sample);
+            outliers.samples.push(sample);
             left_out = others;
         }
     }
+}
+
+/// Predicts the readings of these samples, each from the others; none if a number is not finite.
+fn left_out(
+    prior: &CoefficientPrior,
+    readings: &[SampleReading],
+    samples: &[usize],
+) -> Vec<LeftOut> {
+    let samples = samples.iter();
+    let known = samples.filter_map(|sample| readings[*sample].for_posterior(prior));
+    let posterior = Posterior::new(prior, &known.collect::<Vec<_>>());
+    posterior.map_or_else(Vec::new, |posterior| posterior.left_out())
 }

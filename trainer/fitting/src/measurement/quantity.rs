@@ -1,14 +1,13 @@
 //! Conversion of a file's numbers to the BRDF.
 
-use std::path::Path;
-
 use glimpse_core::error::Error;
 use glimpse_core::geometry::{Angles, Directions};
 use glimpse_core::gonio::{Calibration, Footprint, Quantity, Reading, Repeated};
+use glimpse_materials::basis::angles_to_f64;
+use serde::{Deserialize, Serialize};
 
-use super::convention::AngleArgs;
-use super::matched_rows::MatchedRow;
-use super::rows::{Rows, SATURATED_WHITE};
+use super::angles::to_directions;
+use super::rows::{LabReading, Rows};
 use super::table::TableError;
 
 const COUNTS_OF_BANDS: &str = "it has counts of bands; divide them by those of the tile, and state reflectance-factor as their quantity";
@@ -39,7 +38,7 @@ pub const FOOTPRINTS: [(&str, Footprint); 2] = [
 ];
 
 /// A quantity in a unit.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Multiple {
     of: Quantity,
     unit: f32,
@@ -54,7 +53,7 @@ impl Multiple {
 }
 
 /// The physical quantity of a file's numbers.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum ReadingQuantity {
     /// A function of the BRDF, and the reflectance of the tile that a reflectance factor is relative to.
     Values(Multiple, f32),
@@ -63,7 +62,7 @@ pub enum ReadingQuantity {
 }
 
 /// The conversion of counts to the BRDF.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CountCalibration {
     /// Counts without light, of red, green and blue.
     pub dark: [f32; 3],
@@ -71,99 +70,42 @@ pub struct CountCalibration {
     pub reflectance: [f32; 3],
     /// The lowest count of a saturated sensor, if it is known.
     pub saturation: Option<f32>,
-    /// Counts of the white.
-    pub white: WhiteReference,
-}
-
-/// Counts of a white tile.
-#[derive(Clone, Debug)]
-pub enum WhiteReference {
-    /// Counts at the directions of each sample; None if the white was not read there.
-    PerSample(Vec<Option<[f32; 3]>>),
-    /// Counts at one pair of directions, and the larger of the two spots on the sample.
-    Single([f32; 3], Directions<f32>, Footprint),
-}
-
-impl WhiteReference {
-    /// Reads a file of white readings. With a footprint, the file has a single reading. Without one, it has readings at
-    /// a recipe's directions, which are matched like those of a material.
-    ///
-    /// # Errors
-    /// If the file cannot be read, a row matches no sample, or a reading is saturated.
-    pub fn read(
-        path: &Path,
-        args: &AngleArgs,
-        pattern: &[Angles<f32>],
-        footprint: Option<Footprint>,
-    ) -> Result<Self, TableError> {
-        let rows = Rows::read(path, args)?;
-        rows.check_quantity(COUNTS)?;
-        if !rows.wavelengths().is_empty() {
-            return Err(rows.file_error(COUNTS_OF_BANDS.to_owned()));
-        }
-        if let Some(footprint) = footprint {
-            let (directions, counts) = rows.single_reading(pattern)?;
-            return Ok(Self::Single(counts, directions, footprint));
-        }
-        let all = rows
-            .match_to_pattern(pattern)
-            .map_err(|error| match error {
-                TableError::Damaged { path, message }
-                | TableError::OffPattern { path, message } => TableError::Damaged {
-                    path,
-                    message: message
-                        + ". For a white that was read once, at other directions, give --footprint \
-                           light or sensor",
-                },
-                other => other,
-            })?;
-        let mut whites = vec![Repeated::new(); pattern.len()];
-        for matched in &all {
-            if let Some(values) = matched.row.values {
-                if matched.row.saturated {
-                    return Err(rows.line_error(matched.row.line, SATURATED_WHITE));
-                }
-                let added = whites[matched.sample].add(values, false);
-                added.map_err(|error| rows.reading_error(matched.row.line, error, values))?;
-            }
-        }
-        Ok(Self::PerSample(whites.iter().map(Repeated::mean).collect()))
-    }
+    /// Counts of the white, at the directions of the readings, or in a single row if there is a footprint.
+    pub white: Rows,
+    /// The larger of the two spots on a sample whose white was read once.
+    pub footprint: Option<Footprint>,
 }
 
 impl ReadingQuantity {
-    /// Returns the quantity that the rows state, or else the BRDF.
-    #[must_use]
-    pub fn stated(rows: &Rows) -> Self {
-        let name = match rows.stated_quantity() {
-            Some("brdf-cos") => "brdf-cos-o",
-            Some(name) => name,
-            None => "brdf",
-        };
-        let named = QUANTITIES.iter().find(|(known, _)| *known == name);
-        Self::Values(
-            named.map_or(Multiple::of(Quantity::Brdf), |(_, multiple)| *multiple),
-            1.0,
-        )
-    }
-
     /// Returns a function of the BRDF.
     #[must_use]
     pub const fn of(quantity: Quantity) -> Self {
         Self::Values(Multiple::of(quantity), 1.0)
     }
 
-    /// Returns a reflectance factor relative to a tile of this reflectance. None if it is not one, or channels differ.
+    /// Returns this multiple, or else the one that the rows state, or else the BRDF. With a tile's reflectance, it is
+    /// relative to that tile. None if it is not a reflectance factor then, or the channels of the tile differ.
     #[must_use]
-    pub fn relative_to(self, [red, green, blue]: [f32; 3]) -> Option<Self> {
-        match self {
-            Self::Values(multiple, _)
-                if multiple.of == Quantity::ReflectanceFactor && red == green && red == blue =>
-            {
-                Some(Self::Values(multiple, red))
-            }
-            _ => None,
-        }
+    pub fn of_values(
+        multiple: Option<Multiple>,
+        reflectance: Option<[f32; 3]>,
+        rows: &Rows,
+    ) -> Option<Self> {
+        let stated = || {
+            let name = match rows.stated_quantity()? {
+                "brdf-cos" => "brdf-cos-o",
+                name => name,
+            };
+            let named = QUANTITIES.iter().find(|(known, _)| *known == name);
+            named.map(|(_, multiple)| *multiple)
+        };
+        let multiple = multiple
+            .or_else(stated)
+            .unwrap_or(Multiple::of(Quantity::Brdf));
+        let [red, green, blue] = reflectance.unwrap_or([1.0; 3]);
+        let is_valid = reflectance.is_none()
+            || multiple.of == Quantity::ReflectanceFactor && red == green && red == blue;
+        is_valid.then_some(Self::Values(multiple, red))
     }
 
     /// Returns the name in the column `quantity`.
@@ -177,58 +119,14 @@ impl ReadingQuantity {
             Self::Counts(_) => COUNTS,
         }
     }
-
-    /// Converts a row's numbers to the BRDF.
-    pub(super) fn to_brdf(
-        &self,
-        rows: &Rows,
-        matched: &MatchedRow<'_>,
-        values: [f32; 3],
-    ) -> Result<Reading, TableError> {
-        let reading = match self {
-            Self::Values(Multiple { of, unit }, reflectance) => {
-                let values = values.map(|value| value * unit * reflectance);
-                of.to_brdf(values, &matched.directions).map(Reading::new)
-            }
-            Self::Counts(counts) => {
-                counts.to_brdf(counts.white_at(rows, matched)?, matched, values)
-            }
-        };
-        let mut reading =
-            reading.map_err(|error| rows.reading_error(matched.row.line, error, values))?;
-        reading.saturated |= matched.row.saturated;
-        Ok(reading)
-    }
-
-    /// Converts a row's numbers of bands to the BRDF.
-    pub(super) fn bands_to_brdf(
-        &self,
-        rows: &Rows,
-        matched: &MatchedRow<'_>,
-    ) -> Result<Vec<f32>, TableError> {
-        if let (false, Self::Counts(_)) = (matched.row.bands.is_empty(), self) {
-            return Err(rows.file_error(COUNTS_OF_BANDS.to_owned()));
-        }
-        let mut brdf = Vec::with_capacity(matched.row.bands.len());
-        for (band, wavelength) in matched.row.bands.iter().zip(rows.wavelengths()) {
-            let [value, ..] = self.to_brdf(rows, matched, [*band; 3])?.brdf;
-            if value < -1.0 {
-                return Err(rows.line_error(
-                    matched.row.line,
-                    &format!("band {wavelength} nm: {band} is too far below 0; correct the row or remove it"),
-                ));
-            }
-            brdf.push(value);
-        }
-        Ok(brdf)
-    }
 }
 
 impl CountCalibration {
-    /// Creates the conversion. By default, the dark counts are 0, and the reflectance is 0.99.
+    /// Creates the conversion with a white. By default, the dark counts are 0, and the reflectance is 0.99.
     #[must_use]
     pub fn new(
-        white: WhiteReference,
+        white: Rows,
+        footprint: Option<Footprint>,
         dark: Option<[f32; 3]>,
         reflectance: Option<[f32; 3]>,
         saturation: Option<f32>,
@@ -238,39 +136,171 @@ impl CountCalibration {
             reflectance: reflectance.unwrap_or([0.99; 3]),
             saturation,
             white,
+            footprint,
         }
     }
 
-    /// Returns the counts of the white for a row.
-    fn white_at(&self, rows: &Rows, matched: &MatchedRow) -> Result<[f32; 3], TableError> {
-        match &self.white {
-            WhiteReference::Single(white, ..) => Ok(*white),
-            WhiteReference::PerSample(whites) => whites.get(matched.sample).copied().flatten().ok_or_else(|| {
-                let message = format!(
-                    "sample {} has no white reading; read the white at these directions as well, or remove the row",
-                    matched.sample
-                );
-                rows.line_error(matched.row.line, &message)
-            }),
-        }
-    }
-
-    fn to_brdf(
-        &self,
-        white: [f32; 3],
-        matched: &MatchedRow<'_>,
-        values: [f32; 3],
-    ) -> Result<Reading, Error> {
+    fn with_white(&self, white: [f32; 3]) -> Result<Calibration, Error> {
         let calibration = Calibration::new(self.dark, white, self.reflectance)?;
-        let calibration = match self.saturation {
-            Some(level) => calibration.saturating_at(level)?,
-            None => calibration,
-        };
-        match &self.white {
-            WhiteReference::PerSample(_) => calibration.reading(values),
-            WhiteReference::Single(_, directions, footprint) => calibration
-                .read_once_at(directions, *footprint)?
-                .reading(values, &matched.directions),
+        match self.saturation {
+            Some(level) => calibration.saturating_at(level),
+            None => Ok(calibration),
         }
+    }
+
+    /// Returns the white counts of each sample, None where the white was not read.
+    fn by_sample(&self, directions: &[Angles<f32>]) -> Result<Vec<Option<[f32; 3]>>, TableError> {
+        let rows = &self.white;
+        let placement = rows
+            .match_to_pattern(directions.iter().copied())
+            .map_err(|error| match error {
+                TableError::OffPattern { path, message }
+                | TableError::Damaged { path, message } => TableError::Damaged {
+                    path,
+                    message: message
+                        + ". For a white that was read once, at other directions, give --footprint \
+                           light or sensor",
+                },
+                other => other,
+            })?;
+        let mut whites = vec![Repeated::new(); directions.len()];
+        for (row, sample) in rows.readings().iter().zip(placement.of_rows) {
+            let added = whites[sample].add(self.counts(row)?, false);
+            added.map_err(|error| rows.reading_error(row, error))?;
+        }
+        Ok(whites.iter().map(Repeated::mean).collect())
+    }
+
+    /// Returns the directions and the counts of the only row. If the row has only an index, the directions are those of
+    /// the sample.
+    fn single(
+        &self,
+        directions: &[Angles<f32>],
+    ) -> Result<(Directions<f32>, [f32; 3]), TableError> {
+        let rows = &self.white;
+        let [row] = rows.readings() else {
+            return Err(rows.file_error(format!(
+                "it has {} rows, but with --footprint the white is read once; give one row",
+                rows.readings().len()
+            )));
+        };
+        let sample = row.index.and_then(|index| directions.get(index));
+        let angles = row
+            .angles
+            .or_else(|| sample.map(angles_to_f64))
+            .ok_or_else(|| rows.line_error(row.line, "the directions are missing; give them"))?;
+        Ok((to_directions(angles), self.counts(row)?))
+    }
+
+    /// Returns the counts of a row of the white.
+    fn counts(&self, row: &LabReading) -> Result<[f32; 3], TableError> {
+        if row.saturated {
+            let message =
+                "column saturated: the white reading is saturated; read the white with less light";
+            return Err(self.white.line_error(row.line, message));
+        }
+        Ok(self.white.rgb(row))
+    }
+}
+
+/// The counts of the white for a conversion.
+pub(super) enum White {
+    /// The counts at each sample; None if the white was not read there.
+    BySample(Vec<Option<[f32; 3]>>),
+    /// The counts at one pair of directions, and the larger spot.
+    Once([f32; 3], Directions<f32>, Footprint),
+}
+
+/// The conversion of the rows of a file to BRDFs.
+pub(super) enum Conversion<'a> {
+    Values(&'a Rows, Multiple, f32),
+    Counts(&'a Rows, &'a CountCalibration, White),
+}
+
+impl<'a> Conversion<'a> {
+    /// Prepares the conversion of rows of a quantity at samples.
+    pub(super) fn new(
+        rows: &'a Rows,
+        quantity: &'a ReadingQuantity,
+        directions: &[Angles<f32>],
+    ) -> Result<Self, TableError> {
+        let calibration = match quantity {
+            ReadingQuantity::Values(multiple, reflectance) => {
+                return Ok(Self::Values(rows, *multiple, *reflectance));
+            }
+            ReadingQuantity::Counts(calibration) => calibration,
+        };
+        let white = &calibration.white;
+        white.check_quantity(COUNTS)?;
+        for rows in [rows, white] {
+            if !rows.wavelengths().is_empty() {
+                return Err(rows.file_error(COUNTS_OF_BANDS.to_owned()));
+            }
+        }
+        let white = match calibration.footprint {
+            None => White::BySample(calibration.by_sample(directions)?),
+            Some(footprint) => {
+                let (at, counts) = calibration.single(directions)?;
+                White::Once(counts, at, footprint)
+            }
+        };
+        Ok(Self::Counts(rows, calibration, white))
+    }
+
+    /// Converts numbers of a row at directions to the BRDF.
+    pub(super) fn to_brdf(
+        &self,
+        row: &LabReading,
+        sample: usize,
+        at: &Directions<f32>,
+        values: [f32; 3],
+    ) -> Result<Reading, TableError> {
+        let (rows, reading) = match self {
+            Self::Values(rows, Multiple { of, unit }, reflectance) => {
+                let values = values.map(|value| value * unit * reflectance);
+                (rows, of.to_brdf(values, at).map(Reading::new))
+            }
+            Self::Counts(rows, calibration, White::Once(counts, white_at, footprint)) => {
+                let calibration = calibration.with_white(*counts);
+                let once = calibration.and_then(|all| all.read_once_at(white_at, *footprint));
+                (rows, once.and_then(|once| once.reading(values, at)))
+            }
+            Self::Counts(rows, calibration, White::BySample(whites)) => {
+                let counts = whites.get(sample).copied().flatten().ok_or_else(|| {
+                    let message = format!(
+                        "sample {sample} has no white reading; read the white at these directions as well, or remove \
+                         the row"
+                    );
+                    rows.line_error(row.line, &message)
+                })?;
+                let calibration = calibration.with_white(counts);
+                (rows, calibration.and_then(|all| all.reading(values)))
+            }
+        };
+        let mut reading = reading.map_err(|error| rows.reading_error(row, error))?;
+        reading.saturated |= row.saturated;
+        Ok(reading)
+    }
+
+    /// Converts the numbers of a row's bands to the BRDF; none without bands.
+    pub(super) fn bands_to_brdf(
+        &self,
+        row: &LabReading,
+        sample: usize,
+        at: &Directions<f32>,
+    ) -> Result<Vec<f32>, TableError> {
+        let (Self::Values(rows, ..) | Self::Counts(rows, ..)) = self;
+        let convert = |(band, wavelength): (&f32, &f32)| {
+            let [value, ..] = self.to_brdf(row, sample, at, [*band; 3])?.brdf;
+            if value >= -1.0 {
+                return Ok(value);
+            }
+            let message = format!(
+                "band {wavelength} nm: {band} is too far below 0; correct the row or remove it"
+            );
+            Err(rows.line_error(row.line, &message))
+        };
+        let bands = row.numbers.iter().zip(rows.wavelengths());
+        bands.map(convert).collect()
     }
 }

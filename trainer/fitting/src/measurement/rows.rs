@@ -1,34 +1,54 @@
-//! Rows of readings from a file or an array.
+//! Rows of readings, from a file or an array.
 
 use std::path::{Path, PathBuf};
 
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::geometry::{Angles, Directions};
-use glimpse_materials::Viewing;
-use glimpse_materials::basis::angles_to_f64;
+use glimpse_core::geometry::Angles;
 use glimpse_materials::untrusted::escaped;
+use glimpse_materials::{Viewing, weighted_sums};
+use serde::{Deserialize, Serialize};
 
-use super::angles::{above_horizon, rusinkiewicz, to_directions};
-use super::convention::AngleArgs;
-use super::layout::CHANNELS;
-use super::reading_row::{LabReading, ReadingRow, read_rows, to_rgb};
-use super::table::{Table, TableError};
+use super::angles::{AngleArgs, AngleColumns};
+use super::layout::{CHANNELS, INDEX, MONOCHROME};
+use super::table::{Row, Table, TableError};
 
-/// The error message for a saturated white reading.
-pub(super) const SATURATED_WHITE: &str =
-    "column saturated: the white reading is saturated; read the white with less light";
+/// The largest number of bands.
+const MAX_BANDS: usize = 128;
+
+/// One reading of a lab.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct LabReading {
+    /// The line of the file, or the index in an array, from 0.
+    pub line: u64,
+    /// The index of the recipe's sample, from 0, if it is stated.
+    pub index: Option<usize>,
+    /// Rusinkiewicz angles in radians, if the directions are stated.
+    pub angles: Option<Angles<f64>>,
+    /// The numbers of red, green and blue, or of the bands.
+    pub numbers: Vec<f32>,
+    /// True if the sensor was saturated.
+    pub saturated: bool,
+    /// The standard deviation of the noise, relative to the reading; None if it is not stated.
+    pub noise: Option<f32>,
+}
 
 /// Readings of a file or of an array.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Rows {
-    /// The file, or the name of the array, for error messages.
+    /// The file, or the name of the array.
     pub(super) path: PathBuf,
-    /// The name of a row in error messages: "line" or "row".
-    pub(super) row_label: &'static str,
-    /// The columns of red, green and blue.
-    channels: [&'static str; 3],
+    /// True if the readings are from an array.
+    is_array: bool,
+    /// True if one column has the numbers of red, green and blue.
+    is_monochrome: bool,
     /// The wavelengths of bands in nm; empty if there are none.
     wavelengths: Vec<f32>,
-    pub(super) rows: Vec<ReadingRow>,
+    /// The weights of bands in red, green and blue.
+    weights: Vec<[f64; 3]>,
+    /// The line and the lowercase text of each entry in the column `quantity` that differs from those above.
+    quantities: Vec<(u64, String)>,
+    /// The readings, without empty rows.
+    readings: Vec<LabReading>,
 }
 
 impl Rows {
@@ -38,62 +58,118 @@ impl Rows {
     /// If the file cannot be read, or a cell is not valid.
     pub fn read(path: &Path, args: &AngleArgs) -> Result<Self, TableError> {
         let table = Table::read(path)?;
-        let (rows, channels, wavelengths) = read_rows(&table, args)?;
-        let Some(first) = rows.first() else {
+        let angles = AngleColumns::find(&table)?;
+        if angles.is_none() && !table.has(&[INDEX]) {
+            return Err(table.columns_error(
+                "which do not identify the sample of a reading; add theta_h, theta_d, phi_d, or theta_i, phi_i, \
+                 theta_o, phi_o (degrees), or index (the sample's number, from 0)",
+            ));
+        }
+        let bands = table.bands();
+        let wavelengths: Vec<f32> = bands.iter().map(|(_, wavelength)| *wavelength).collect();
+        let mut all = Self::new(path.into(), false, wavelengths);
+        all.is_monochrome = match (
+            table.has(&CHANNELS),
+            table.has(&[MONOCHROME]),
+            bands.is_empty(),
+        ) {
+            (true, false, true) | (false, false, false) => false,
+            (false, true, true) => true,
+            (has_rgb, ..) => {
+                let defect = if has_rgb || !bands.is_empty() {
+                    "which hold two sets of readings; keep"
+                } else {
+                    "none of which holds readings; add"
+                };
+                return Err(table.columns_error(&format!(
+                    "{defect} r, g, b, or value for a sensor with one channel, or wavelengths in nm such as 390nm"
+                )));
+            }
+        };
+        if !all.wavelengths.is_sorted_by(|one, other| one < other) || bands.len() > MAX_BANDS {
+            return Err(table.file_error(format!(
+                "line {} names {} bands; give at most {MAX_BANDS}, each wavelength once",
+                table.header_line,
+                bands.len()
+            )));
+        }
+        let columns: Vec<&str> = if bands.is_empty() {
+            all.channels().to_vec()
+        } else {
+            bands.iter().map(|(name, _)| &name[..]).collect()
+        };
+        table.check_value_units()?;
+        let angles = match angles {
+            Some(columns) => columns.parse_all(&table, args)?,
+            None => vec![None; table.rows().len()],
+        };
+        let Some(first) = table.rows().first() else {
             return Err(table.file_error(format!(
                 "it has no rows below line {}; add the readings",
                 table.header_line
             )));
         };
         // Such as `trainer query` writes.
-        if let Some(other) = rows.iter().find(|row| row.material != first.material) {
-            return Err(table.line_error(
-                other.line,
-                &format!(
-                    "column material: it is {}, but the rows above are of {}; give one file per material",
-                    escaped(&other.material),
-                    escaped(&first.material)
-                ),
-            ));
+        let material = table.cell(first, "material");
+        for (row, angles) in table.rows().iter().zip(angles) {
+            let other = table.cell(row, "material");
+            if other != material {
+                return Err(table.line_error(
+                    row.line,
+                    &format!(
+                        "column material: it is {}, but the rows above are of {}; give one file per material",
+                        escaped(other),
+                        escaped(material)
+                    ),
+                ));
+            }
+            let quantity = table.cell(row, "quantity").to_lowercase();
+            let is_known = |(_, known): &(u64, String)| *known == quantity;
+            if !quantity.is_empty() && !all.quantities.iter().any(is_known) {
+                all.quantities.push((row.line, quantity));
+            }
+            all.push(read_row(&table, row, &columns, angles)?);
         }
-        Ok(Self {
-            path: table.path().to_owned(),
-            row_label: "line",
-            channels,
-            wavelengths,
-            rows,
-        })
+        Ok(all)
     }
 
-    /// Converts an array. `wavelengths` are those of bands in nm, in ascending order; none for RGB.
+    /// Takes readings from an array of this name. Those without numbers are missing. `wavelengths` are those of bands in
+    /// nm, in ascending order; none for RGB.
     #[must_use]
-    pub fn from_readings(readings: &[LabReading], wavelengths: &[f32]) -> Self {
-        let weights = Viewing::default().rgb_weights(wavelengths);
-        let rows = (0..).zip(readings).map(|(line, reading)| ReadingRow {
-            line,
-            index: reading.sample,
-            angles: reading
-                .directions
-                .map(|[incoming, outgoing]| rusinkiewicz(incoming, outgoing)),
-            values: reading
-                .values
-                .as_ref()
-                .and_then(|values| to_rgb(values, &weights)),
-            bands: match weights.is_empty() {
-                true => Vec::new(),
-                false => reading.values.clone().unwrap_or_default(),
-            },
-            saturated: reading.saturated,
-            noise: reading.noise,
-            ..ReadingRow::default()
-        });
+    pub fn from_array(name: &str, wavelengths: Vec<f32>, readings: Vec<LabReading>) -> Self {
+        let mut all = Self::new(name.into(), true, wavelengths);
+        readings.into_iter().for_each(|reading| all.push(reading));
+        all
+    }
+
+    fn new(path: PathBuf, is_array: bool, wavelengths: Vec<f32>) -> Self {
         Self {
-            path: "readings".into(),
-            row_label: "row",
-            channels: CHANNELS,
-            wavelengths: wavelengths.to_vec(),
-            rows: rows.collect(),
+            path,
+            is_array,
+            is_monochrome: false,
+            weights: Viewing::default().rgb_weights(&wavelengths),
+            wavelengths,
+            quantities: Vec::new(),
+            readings: Vec::new(),
         }
+    }
+
+    fn push(&mut self, reading: LabReading) {
+        if !reading.numbers.is_empty() {
+            self.readings.push(reading);
+        }
+    }
+
+    /// Returns the file, or the name of the array.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Returns the readings.
+    #[must_use]
+    pub fn readings(&self) -> &[LabReading] {
+        &self.readings
     }
 
     /// Returns the wavelengths of bands in nm, in ascending order; none for readings in RGB.
@@ -102,31 +178,48 @@ impl Rows {
         &self.wavelengths
     }
 
-    /// Returns the column `quantity` of the first row that has an entry there.
+    /// Returns the columns of red, green and blue.
+    fn channels(&self) -> [&'static str; 3] {
+        if self.is_monochrome {
+            [MONOCHROME; 3]
+        } else {
+            CHANNELS
+        }
+    }
+
+    /// Returns the numbers of a reading in red, green and blue.
+    pub(super) fn rgb(&self, reading: &LabReading) -> [f32; 3] {
+        if let [red, green, blue] = reading.numbers[..]
+            && self.weights.is_empty()
+        {
+            return [red, green, blue];
+        }
+        let numbers = reading.numbers.iter().map(|number| f64::from(*number));
+        weighted_sums(numbers, &self.weights).map(|sum| sum as f32)
+    }
+
+    /// Returns the first entry in the column `quantity`.
     pub(super) fn stated_quantity(&self) -> Option<&str> {
-        let mut stated = self.rows.iter().map(|row| &row.quantity[..]);
-        stated.find(|quantity| !quantity.is_empty())
+        self.quantities.first().map(|(_, name)| &name[..])
     }
 
     /// Checks that no row states a quantity other than `name`.
     ///
     /// # Errors
     /// The first row with another quantity.
-    pub(super) fn check_quantity(&self, name: &str) -> Result<(), TableError> {
+    pub fn check_quantity(&self, name: &str) -> Result<(), TableError> {
         // `brdf-cos` is an alias of ASTM's quantity, which the options accept as well.
-        let is_other = |row: &&ReadingRow| match &row.quantity[..] {
-            "" => false,
-            "brdf-cos" => name != "brdf-cos-o",
-            stated => stated != name,
+        let is_other = |(_, stated): &&(u64, String)| {
+            stated != name && !(stated == "brdf-cos" && name == "brdf-cos-o")
         };
-        match self.rows.iter().find(is_other) {
+        match self.quantities.iter().find(is_other) {
             None => Ok(()),
-            Some(row) => Err(self.line_error(
-                row.line,
+            Some((line, stated)) => Err(self.line_error(
+                *line,
                 &format!(
                     "column quantity: it is `{}`, but the options or an earlier row state `{name}`; give the options \
                      of that quantity, or correct the column",
-                    escaped(&row.quantity)
+                    escaped(stated)
                 ),
             )),
         }
@@ -134,11 +227,17 @@ impl Rows {
 
     /// Returns an error that concerns one row.
     pub(super) fn line_error(&self, line: u64, message: &str) -> TableError {
-        self.file_error(format!("{} {line}, {message}", self.row_label))
+        self.file_error(self.at_line(line, message))
     }
 
-    /// Returns an error that concerns a reading. `numbers` are those of red, green and blue in the row.
-    pub(super) fn reading_error(&self, line: u64, error: Error, numbers: [f32; 3]) -> TableError {
+    /// Returns a message that concerns one row.
+    pub(super) fn at_line(&self, line: u64, message: &str) -> String {
+        let label = if self.is_array { "row" } else { "line" };
+        format!("{label} {line}, {message}")
+    }
+
+    /// Returns an error that concerns a reading.
+    pub(super) fn reading_error(&self, reading: &LabReading, error: Error) -> TableError {
         let [first, second] = error.details.map(|detail| detail as usize);
         let channel = match error.code {
             ErrorCode::ReadingNonFinite | ErrorCode::ReadingNegative => second,
@@ -146,12 +245,15 @@ impl Rows {
             | ErrorCode::WhiteNotBrighter
             | ErrorCode::WhiteReflectance
             | ErrorCode::WhiteSaturated => first,
-            _ => return self.line_error(line, &format!("{error}; correct the row or remove it")),
+            _ => {
+                let message = format!("{error}; correct the row or remove it");
+                return self.line_error(reading.line, &message);
+            }
         };
-        let (name, number) = (self.channels[channel], numbers[channel]);
+        let (name, number) = (self.channels()[channel], self.rgb(reading)[channel]);
         let text = error.code.text();
         self.line_error(
-            line,
+            reading.line,
             &format!(
                 "column {name}: {number} is invalid, because {text}; correct the row or remove it"
             ),
@@ -165,86 +267,67 @@ impl Rows {
             message,
         }
     }
+}
 
-    /// Forgets the indices of samples, of rows that have directions: they are those of another pattern. Removes rows
-    /// without a reading, unless all are.
-    pub(super) fn forget_indices(&mut self) {
-        if self.rows.iter().any(|row| row.values.is_some()) {
-            self.rows.retain(|row| row.values.is_some());
-        }
-        for row in self.rows.iter_mut().filter(|row| row.angles.is_some()) {
-            row.index = None;
-        }
+/// Reads the cells of a row. `columns` are those of the numbers, which are empty if nothing was read.
+fn read_row(
+    table: &Table,
+    row: &Row,
+    columns: &[&str],
+    angles: Option<Angles<f64>>,
+) -> Result<LabReading, TableError> {
+    let error = |message: String| Err(table.line_error(row.line, &message));
+    // Some programs write whole numbers as 3.0.
+    let index = table.number::<f64>(row, INDEX, "give the sample's number, 0, 1, 2, ...")?;
+    if let Some(index) = index.filter(|index| !(*index >= 0.0 && index.fract() == 0.0)) {
+        return error(format!(
+            "column index: {index} is not a sample's number; give 0, 1, 2, ..."
+        ));
     }
-
-    /// Refuses rows that state their noise, which only a recipe without a pattern takes into account.
-    pub(super) fn refuse_noise(&self) -> Result<(), TableError> {
-        match self.rows.iter().find(|row| row.noise.is_some()) {
-            None => Ok(()),
-            Some(row) => Err(self.line_error(
-                row.line,
-                "column noise: it has no effect with a recipe for its own directions; remove it, or fit with a recipe of \
-                 `--samples any`",
-            )),
-        }
+    if index.is_none() && angles.is_none() {
+        return error("the directions and the index are empty; give one of them".to_owned());
     }
-
-    /// Returns the different directions of the rows, in their order, and the standard deviation of each mean reading.
-    ///
-    /// # Errors
-    /// The first row without directions, or with one that is not above the horizon.
-    pub(super) fn directions(&self) -> Result<Vec<(Angles<f32>, f32)>, TableError> {
-        // The sum of variances, and the number of readings.
-        let mut sums: Vec<(Angles<f32>, f32, f32)> = Vec::new();
-        for row in self.rows.iter().filter(|row| row.values.is_some()) {
-            let error = |message| self.line_error(row.line, message);
-            let angles = row.angles.ok_or_else(|| {
-                error("it has an index, but this recipe has no pattern; give the directions")
-            })?;
-            let angles = above_horizon(angles).ok_or_else(|| {
-                error("a direction is not above the horizon; correct the row or remove it")
-            })?;
-            let variance = row.noise.unwrap_or_default().powi(2);
-            match sums.iter_mut().find(|(known, ..)| *known == angles) {
-                Some((_, sum, count)) => (*sum, *count) = (*sum + variance, *count + 1.0),
-                None => sums.push((angles, variance, 1.0)),
+    let mut numbers = Vec::with_capacity(columns.len());
+    let mut empty = None;
+    for name in columns {
+        let remedy = "leave it empty if nothing was read";
+        // Programs write a missing value as an empty cell or as NaN.
+        match table.number::<f32>(row, name, remedy)? {
+            Some(number) if number.is_infinite() => {
+                let cell = escaped(table.cell(row, name));
+                return error(format!("column {name}: {cell} is not finite; {remedy}"));
             }
+            Some(number) if !number.is_nan() => numbers.push(number),
+            _ => empty = empty.or(Some(name)),
         }
-        let each = sums.into_iter();
-        Ok(each
-            .map(|(angles, sum, count)| (angles, sum.sqrt() / count))
-            .collect())
     }
-
-    /// Returns the directions and the numbers of the only row. If the row has only an index, the directions are those
-    /// of the sample.
-    ///
-    /// # Errors
-    /// If there is more than one row, or its directions or numbers are missing.
-    pub(super) fn single_reading(
-        &self,
-        pattern: &[Angles<f32>],
-    ) -> Result<(Directions<f32>, [f32; 3]), TableError> {
-        let [row] = &self.rows[..] else {
-            return Err(self.file_error(format!(
-                "it has {} rows, but with --footprint the white is read once; give one row",
-                self.rows.len()
-            )));
-        };
-        let sample_angles = row
-            .index
-            .and_then(|index| pattern.get(index))
-            .map(angles_to_f64);
-        let angles = row.angles.or(sample_angles);
-        let (Some(angles), Some(values)) = (angles, row.values) else {
-            return Err(self.line_error(
-                row.line,
-                "the directions or the reading are missing; give both",
+    if let Some(name) = empty.filter(|_| !numbers.is_empty()) {
+        return error(format!(
+            "column {name}: it is empty but the other channels are not; give all {}, or none if nothing was read",
+            columns.len()
+        ));
+    }
+    let saturated = match &table.cell(row, "saturated").to_lowercase()[..] {
+        "" | "0" | "0.0" | "false" => false,
+        "1" | "1.0" | "true" => true,
+        other => {
+            return error(format!(
+                "column saturated: `{}` is neither 0 nor 1; give 1 if the sensor was saturated",
+                escaped(other)
             ));
-        };
-        if row.saturated {
-            return Err(self.line_error(row.line, SATURATED_WHITE));
         }
-        Ok((to_directions(angles), values))
+    };
+    let remedy = "give the standard deviation relative to the reading, 0 to 10";
+    let noise = table.number::<f32>(row, "noise", remedy)?;
+    if let Some(noise) = noise.filter(|noise| !(0.0..=10.0).contains(noise)) {
+        return error(format!("column noise: {noise} is out of range; {remedy}"));
     }
+    Ok(LabReading {
+        line: row.line,
+        index: index.map(|index| index as usize),
+        angles,
+        numbers,
+        saturated,
+        noise,
+    })
 }

@@ -7,9 +7,8 @@ use csv::{Position, StringRecord};
 use glimpse_materials::binary_format;
 use glimpse_materials::untrusted::{escaped, read_at_most};
 
-use super::convention::AngleUnit;
 use super::layout::{
-    DEGREES, Layout, PER_STERADIAN, RADIANS, Unit, is_known, is_number, is_value,
+    AngleUnit, DEGREES, Layout, PER_STERADIAN, RADIANS, Unit, is_known, is_number, is_value,
     may_separate_thousands, reader, row_of_units, tabulated, wavelength,
 };
 
@@ -78,58 +77,58 @@ impl Table {
     fn parse_text(path: &Path, bytes: &[u8]) -> Result<Self, String> {
         let text = decode(bytes)?;
         let layout = Layout::find(&text)?;
-        let (count, line) = (layout.names.len(), layout.line);
+        let (names, header_line) = (layout.names, layout.line);
+        for (index, name) in names.iter().enumerate() {
+            if is_known(name) && names[..index].contains(name) {
+                return Err(format!(
+                    "line {header_line} names two columns {name}; remove or rename one"
+                ));
+            }
+        }
         let mut table = Self {
             path: path.into(),
-            header: StringRecord::from(layout.names.clone()),
-            header_line: line,
+            header: StringRecord::from(names.clone()),
+            header_line,
             units: layout.units,
             rows: Vec::new(),
         };
-        let mut names = layout.names.iter().enumerate();
-        let is_repeated = |(index, name): &(usize, &String)| {
-            is_known(name) && layout.names[..*index].contains(name)
-        };
-        if let Some((_, name)) = names.find(is_repeated) {
-            return Err(format!(
-                "line {line} names two columns {name}; remove or rename one"
-            ));
-        }
         let text = tabulated(layout.rows, layout.separator);
         for record in reader(&text, layout.separator).records() {
             let record = record.map_err(|error| error.to_string())?;
-            let line = line + line_number(&text, record.position());
-            let cells: Vec<&str> = record.iter().collect();
-            if cells.iter().any(|cell| cell.contains('\n')) {
+            let line = header_line + line_number(&text, record.position());
+            if record.iter().any(|cell| cell.contains('\n')) {
                 return Err(format!(
                     "line {line} has a quotation mark that is not closed; remove it"
                 ));
             }
-            let used = cells.iter().rposition(|cell| !cell.is_empty());
-            let used = used.map_or(0, |last| last + 1);
+            let cells: Vec<&str> = record.iter().collect();
+            let last = cells.iter().rposition(|cell| !cell.is_empty());
+            let used = last.map_or(0, |last| last + 1);
             // Spreadsheets write errors such as `#DIV/0!`.
             let first = cells.first().copied().unwrap_or_default();
             let is_error = first.ends_with(['!', '?']) || first == "#N/A";
             if used == 0 || first.starts_with('#') && !is_error {
                 continue;
             }
+            let count = names.len();
             if used > count || cells.len() < count {
                 return Err(format!(
-                    "line {line} has {} cells, but line {} names {count} columns; give every row {count} cells, and \
-                     use decimal points instead of commas",
+                    "line {line} has {} cells, but line {header_line} names {count} columns; give every row {count} \
+                     cells, and use decimal points instead of commas",
                     used.max(cells.len().min(count)),
-                    table.header_line
                 ));
             }
             let cells = &cells[..count];
-            let count = table.units.len();
-            if table.rows.is_empty() {
-                table.units.extend(row_of_units(line, &layout.names, cells));
-            }
-            if count == table.units.len() {
+            let units = if table.rows.is_empty() {
+                row_of_units(line, &names, cells)
+            } else {
+                Vec::new()
+            };
+            if units.is_empty() {
                 let cells = cells.into();
                 table.rows.push(Row { line, cells });
             }
+            table.units.extend(units);
         }
         table.replace_decimal_commas()?;
         Ok(table)
@@ -224,15 +223,6 @@ impl Table {
         )
     }
 
-    pub(super) fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Returns the escaped names of all columns, separated by commas.
-    pub(super) fn names(&self) -> String {
-        escaped(&self.header.iter().collect::<Vec<_>>().join(", "))
-    }
-
     /// Returns the names and the wavelengths in nm of the columns of bands, in ascending order of wavelengths.
     pub(super) fn bands(&self) -> Vec<(String, f32)> {
         let bands = self.header.iter();
@@ -259,25 +249,32 @@ impl Table {
         index.map_or("", |index| &row.cells[index])
     }
 
-    /// Parses the number in a cell; None if the cell is empty or the column does not exist.
+    /// Parses the number in a cell; None if the cell is empty or the column does not exist. `remedy` ends the error about
+    /// another text.
     pub(super) fn number<T: FromStr>(
         &self,
         row: &Row,
         column: &str,
+        remedy: &str,
     ) -> Result<Option<T>, TableError> {
         let cell = self.cell(row, column);
-        match (cell, cell.parse()) {
-            ("", _) => Ok(None),
-            (_, Ok(number)) => Ok(Some(number)),
-            (_, Err(_)) => Err(self.line_error(
-                row.line,
-                &format!(
-                    "column {column}: `{}` is not a valid number; {}",
-                    escaped(cell),
-                    remedy(column)
-                ),
-            )),
+        if cell.is_empty() {
+            return Ok(None);
         }
+        cell.parse().map(Some).map_err(|_| {
+            let cell = escaped(cell);
+            self.line_error(
+                row.line,
+                &format!("column {column}: `{cell}` is not a valid number; {remedy}"),
+            )
+        })
+    }
+
+    /// Returns an error that concerns the columns.
+    pub(super) fn columns_error(&self, defect: &str) -> TableError {
+        let names = escaped(&self.header.iter().collect::<Vec<_>>().join(", "));
+        let line = self.header_line;
+        self.file_error(format!("line {line} names the columns {names}, {defect}"))
     }
 
     /// Returns an error that concerns the whole file.
@@ -291,15 +288,6 @@ impl Table {
     /// Returns an error that concerns one line; `message` may begin with the column.
     pub(super) fn line_error(&self, line: u64, message: &str) -> TableError {
         self.file_error(format!("line {line}, {message}"))
-    }
-}
-
-/// Returns the remedy of a cell that is not a number.
-fn remedy(column: &str) -> &'static str {
-    match column {
-        "index" => "give the sample's number, 0, 1, 2, ...",
-        _ if column.contains('_') => "give an angle in degrees",
-        _ => "leave it empty if nothing was read",
     }
 }
 

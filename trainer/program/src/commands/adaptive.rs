@@ -56,7 +56,7 @@ impl AdaptiveArgs {
             );
             return Ok(None);
         };
-        let any = given.continuing().context("the program lacks linear-any")?;
+        let any = given.continuing();
         let machine = args.machine(given)?;
         let begin = match &self.begin {
             None => given.clone(),
@@ -90,12 +90,11 @@ impl AdaptiveArgs {
 impl Request {
     /// Prepares the scans.
     pub(crate) fn scans(&self) -> anyhow::Result<Adaptive<'_>> {
-        let chosen = self.any.itself().context("the program lacks linear-any")?;
         let basis = self.any.basis.as_deref();
         let basis = basis.with_context(|| format!("{} has no basis", self.any.name))?;
         let limits = &self.machine.limits;
         let (begin, position) = (self.begin.clone(), self.position.clone());
-        let any = (&*self.any.file, basis, chosen.prior);
+        let any = (&*self.any.file, basis, self.any.prior.clone());
         Ok(Adaptive::new(any, begin, self.samples, limits, position))
     }
 }

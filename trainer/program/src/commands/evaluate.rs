@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
-use anyhow::{Context, Error, ensure};
+use anyhow::{Error, ensure};
 use clap::Args;
 use glimpse_evaluation::evaluation::{Degradation, Evaluator, Method, TrainingMaterials};
 use glimpse_fitting::measurement::NamedRecipe;
@@ -96,31 +96,27 @@ impl Evaluate {
             .recipe
             .iter()
             .map(|path| match self.adaptive.samples() {
-                Some(_) => NamedRecipe::read(path)?
-                    .itself()
-                    .context("the program lacks linear-any"),
-                None => self.geometry.read(Some(path)),
+                Some(_) => Ok(NamedRecipe::read(path)?),
+                None => self.geometry.read(path),
             });
         let recipes = recipes.collect::<anyhow::Result<Vec<_>>>()?;
-        for chosen in &recipes {
-            let samples = chosen.recipe.file.recipe().samples();
+        for named in &recipes {
+            let samples = named.file.recipe().samples();
             degradation.validate(self.adaptive.samples().unwrap_or(samples))?;
         }
-        let adaptive = recipes
-            .iter()
-            .map(|chosen| self.adaptive.request(&chosen.recipe));
+        let adaptive = recipes.iter().map(|named| self.adaptive.request(named));
         let adaptive = adaptive.collect::<anyhow::Result<Vec<_>>>()?;
         let materials = load(&self.test)?;
         let progress = StepProgress::new("rendering the materials", materials.len());
         let evaluator = Evaluator::new(&materials);
         drop(progress);
         let mut reports = Vec::new();
-        for ((path, chosen), adaptive) in self.recipe.iter().zip(&recipes).zip(&adaptive) {
-            let recipe = chosen.recipe.file.recipe();
+        for ((path, named), adaptive) in self.recipe.iter().zip(&recipes).zip(&adaptive) {
+            let recipe = named.file.recipe();
             let mut method = match adaptive {
                 Some(adaptive) => Method::adaptive(adaptive.scans()?),
-                None => Method::with_recipe(&recipe, chosen.recipe.basis.as_deref())?
-                    .with_prior(chosen.prior.clone()),
+                None => Method::with_recipe(&recipe, named.basis.as_deref())?
+                    .with_prior(named.prior.clone()),
             };
             if degradation != Degradation::default() {
                 method = method.with_degradation(degradation)?;

@@ -43,8 +43,8 @@ fn is_built_in(sources: &[SourceShare]) -> bool {
 }
 
 fn describe(loss: f32, metadata: &Metadata, caution: Option<&str>) -> String {
-    let training = metadata.training.as_ref();
-    let Some((expected, training)) = metadata.expected_loss.zip(training) else {
+    let materials = metadata.validation_materials();
+    let Some((expected, materials)) = metadata.expected_loss.zip(materials) else {
         return format!("{loss:.4}, on unstated materials");
     };
     let ValidatedLoss { estimate, split } = expected;
@@ -52,33 +52,13 @@ fn describe(loss: f32, metadata: &Metadata, caution: Option<&str>) -> String {
         Some(error) => format!(" (standard error {error:.4})"),
         None => String::new(),
     };
-    let test_set = describe_test_set(split, estimate.materials, &training.data);
     let caution = match (split, caution) {
         (ValidationSplit::Training, _) => "; the loss on unseen materials is unknown".to_owned(),
         (_, Some(caution)) => format!("; {caution}"),
         (_, None) => "; other kinds of materials may have a larger loss".to_owned(),
     };
-    format!("{loss:.4}{error}, {test_set}{caution}")
-}
-
-/// Describes the materials of an expected loss and their role in training; `data` names the training materials.
-fn describe_test_set(split: ValidationSplit, materials: usize, data: &str) -> String {
-    let noun = if materials == 1 {
-        "material"
-    } else {
-        "materials"
-    };
-    let trained = format!("{materials} training {noun} of {data}");
-    match split {
-        ValidationSplit::HeldOut => {
-            format!("measured on {materials} {noun} of {data} held out of training")
-        }
-        ValidationSplit::Training => format!("measured on {trained}"),
-        ValidationSplit::LeftOut => {
-            format!("measured on {trained}, each with a basis of the others")
-        }
-        ValidationSplit::Folds => format!("cross-validated on {trained}"),
-    }
+    let count = estimate.materials;
+    format!("{loss:.4}{error}, measured on {count} {materials}{caution}")
 }
 
 #[cfg(test)]

@@ -68,7 +68,7 @@ impl Export {
         }
         refuse_input(&self.out, &self.recipe)?;
         refuse_input(&self.out, &Basis::path_for(&self.recipe))?;
-        let file = self.geometry.read_file(Some(&self.recipe))?;
+        let file = self.geometry.read_file(&self.recipe)?;
         let recipe = file.recipe();
         let bytes = match self.format {
             Format::Postcard if self.strip => file.stripped()?.bytes().to_vec(),

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
 use glimpse_core::geometry::Angles;
-use glimpse_fitting::measurement::{AngleArgs, AngleTable, ChosenRecipe, Instrument, NamedRecipe};
+use glimpse_fitting::measurement::{AngleArgs, AngleTable, Instrument, NamedRecipe};
 use glimpse_training::recipe::RecipeFile;
 
-use super::{recipe_or_bundled, require_pattern};
+use super::{read_recipe, require_pattern};
 
 /// Directions of readings.
 #[derive(Clone, Debug)]
@@ -41,40 +41,29 @@ pub(crate) struct GeometryArgs {
 
 impl GeometryArgs {
     /// Reads a recipe like [`read`](Self::read), without its basis if it has a pattern.
-    pub(crate) fn read_file(&self, path: Option<&Path>) -> anyhow::Result<Arc<RecipeFile>> {
-        match (path, &self.geometry) {
-            (Some(path), None) => read_with_pattern(path),
-            _ => Ok(self.read(path)?.recipe.file),
+    pub(crate) fn read_file(&self, path: &Path) -> anyhow::Result<Arc<RecipeFile>> {
+        if self.geometry.is_some() {
+            return Ok(self.read(path)?.file);
         }
+        let file = NamedRecipe::read_file(path)?;
+        require_pattern(&file, &path.display().to_string())?;
+        Ok(file)
     }
 
-    /// Reads a recipe, the bundled linear-any without a path. One without a pattern gets that of --geometry.
-    pub(crate) fn read(&self, path: Option<&Path>) -> anyhow::Result<ChosenRecipe> {
-        let named = recipe_or_bundled(path)?;
+    /// Reads a recipe. One without a pattern gets that of --geometry.
+    pub(crate) fn read(&self, path: &Path) -> anyhow::Result<NamedRecipe> {
         let Some(geometry) = &self.geometry else {
-            require_pattern(&named.file, &named.name)?;
-            return named.itself().context("the program lacks linear-any");
+            return read_recipe(path);
         };
+        let named = NamedRecipe::read(path)?;
         ensure!(
             named.is_any(),
             "--geometry has no effect, because {} has directions of its own: remove it",
             named.name
         );
-        let directions = geometry.directions()?;
-        named.at(&directions, &[]).with_context(|| {
-            format!(
-                "--geometry: {} directions are too many; give at most 4096",
-                directions.len()
-            )
-        })
+        let recipe = named.at(&geometry.directions()?, &[]);
+        recipe.context("--geometry")
     }
-}
-
-/// Reads a recipe for a command that needs a pattern.
-pub(crate) fn read_with_pattern(path: &Path) -> anyhow::Result<Arc<RecipeFile>> {
-    let file = NamedRecipe::read_file(path)?;
-    require_pattern(&file, &path.display().to_string())?;
-    Ok(file)
 }
 
 impl Geometry {
@@ -96,8 +85,10 @@ pub(crate) fn read_directions(path: &Path) -> anyhow::Result<Vec<Angles<f32>>> {
         })
     });
     let directions: Vec<_> = rows.collect::<anyhow::Result<_>>()?;
-    match directions.is_empty() {
-        true => bail!("{}: it has no rows; add directions", path.display()),
-        false => Ok(directions),
-    }
+    ensure!(
+        !directions.is_empty(),
+        "{}: it has no rows; add directions",
+        path.display()
+    );
+    Ok(directions)
 }

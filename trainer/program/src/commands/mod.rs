@@ -35,11 +35,13 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::{Context, bail, ensure};
-use glimpse_core::model::ModelKind;
 use glimpse_fitting::measurement::NamedRecipe;
 use glimpse_materials::{Coverage, Material, MaterialsAndShares, Source, Sources};
 use glimpse_training::recipe::RecipeFile;
 use serde::Serialize;
+
+/// The default recipe of readings at any directions.
+pub(crate) const LINEAR_ANY: &str = "linear-any";
 
 /// Reads a recipe with a pattern and, for the model linear, its basis file next to it.
 pub(crate) fn read_recipe(path: &Path) -> anyhow::Result<NamedRecipe> {
@@ -56,14 +58,6 @@ pub(crate) fn require_pattern(file: &RecipeFile, name: &str) -> anyhow::Result<(
          writes a recipe for those directions"
     );
     Ok(())
-}
-
-/// Reads a recipe, or returns the bundled linear-any without a path.
-pub(crate) fn recipe_or_bundled(path: Option<&Path>) -> anyhow::Result<NamedRecipe> {
-    match path {
-        Some(path) => Ok(NamedRecipe::read(path)?),
-        None => NamedRecipe::bundled(ModelKind::Linear).context("the program lacks linear-any"),
-    }
 }
 
 /// Loads the materials of a source, as [`load_measured`] does.

@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
-use glimpse_fitting::measurement::{AngleArgs, MachineArgs, Measurements, Rows, Selection, fit};
+use glimpse_fitting::measurement::{MachineArgs, NamedRecipe};
 use glimpse_training::linear::{Posterior, Proposal};
 use glimpse_training::route::{Axes, axes_from_angles, blank_directions};
 use serde::Serialize;
 
-use super::fit::options::QuantityArgs;
+use super::fit::options::ReadingArgs;
 use super::output::{is_same_file, refuse_input, write_file};
-use super::{emit, numbers, recipe_or_bundled};
+use super::{LINEAR_ANY, emit, numbers};
 
 /// Propose the directions to read next: those that reduce the expected loss most.
 ///
@@ -36,8 +36,9 @@ use super::{emit, numbers, recipe_or_bundled};
 #[command(verbatim_doc_comment)]
 pub(crate) struct Next {
     /// Recipe file, with its basis file NAME.basis next to it, if it has one, or the name of a bundled
-    /// recipe [default: linear-any]
-    recipe: Option<PathBuf>,
+    /// recipe
+    #[arg(default_value = LINEAR_ANY)]
+    recipe: PathBuf,
     /// Readings so far: CSV, as for `trainer fit` [default: none]
     #[arg(long, value_name = "FILE.csv")]
     measurements: Option<PathBuf>,
@@ -55,12 +56,7 @@ pub(crate) struct Next {
     #[command(flatten)]
     machine: MachineArgs,
     #[command(flatten)]
-    angles: AngleArgs,
-    #[command(flatten)]
-    quantity: QuantityArgs,
-    /// Continue even if the readings are unlikely to come from a material
-    #[arg(long)]
-    accept_implausible: bool,
+    readings: ReadingArgs,
     /// CSV file for a blank sheet of the proposed readings: theta_i, phi_i, theta_o, phi_o (degrees), r, g, b.
     /// A sheet of --measurements gets further rows
     #[arg(long, value_name = "FILE.csv")]
@@ -109,7 +105,7 @@ struct Direction {
 
 impl Next {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
-        let given = recipe_or_bundled(self.recipe.as_deref())?;
+        let given = NamedRecipe::read(&self.recipe)?;
         let is_appended = match (&self.blank, &self.measurements) {
             (Some(blank), Some(measurements)) => is_same_file(blank, measurements),
             _ => false,
@@ -118,51 +114,28 @@ impl Next {
             !(self.force && is_appended),
             "--force has no effect where --blank adds rows to --measurements: remove it"
         );
-        if let (Some(blank), Some(white)) = (&self.blank, self.quantity.white()) {
+        if let (Some(blank), Some(white)) = (&self.blank, self.readings.white()) {
             refuse_input(blank, white)?;
         }
         let machine = self.machine.machine(&given)?;
-        let any = given.continuing().context("the program lacks linear-any")?;
+        let any = given.continuing();
         let (posterior, measured) = match &self.measurements {
             None => {
                 ensure!(
-                    !self.accept_implausible,
-                    "--accept-implausible has no effect without --measurements: remove it"
-                );
-                ensure!(
-                    !self.quantity.is_given() && self.angles == AngleArgs::default(),
+                    !self.readings.is_given(),
                     "options of readings have no effect without --measurements: remove them"
                 );
-                let chosen = any.itself().context("the program lacks linear-any")?;
-                let posterior = Posterior::new(&chosen.prior, &[]);
+                let posterior = Posterior::new(&any.prior, &[]);
                 (
                     posterior.context("the recipe's prior is not finite")?,
                     Vec::new(),
                 )
             }
             Some(path) => {
-                let mut rows = Rows::read(path, &self.angles)?;
-                let chosen = any.choose(&mut rows)?;
-                let recipe = chosen.recipe.file.recipe();
-                let pattern: Vec<_> = recipe.pattern().collect();
-                let quantity = self.quantity.read(&pattern, &self.angles, &rows)?;
-                let measured = Measurements::new(&rows, &pattern, &quantity)?;
-                let context = || path.display().to_string();
-                let basis = chosen.recipe.basis.as_deref();
                 // Also with readings that are unlike the others, which reduce the loss most.
-                let fit = Selection::new(&recipe, &chosen.prior, measured, true)
-                    .and_then(|selection| fit(&recipe, basis, "fit".to_owned(), selection))
-                    .with_context(context)?;
-                if !self.accept_implausible {
-                    fit.check_plausible().with_context(|| {
-                        let path = path.display();
-                        format!(
-                            "{path}: implausible (divide percent by 100; --quantity states other quantities than the \
-                             BRDF; --accept-implausible continues nevertheless)"
-                        )
-                    })?;
-                }
-                (fit.selection.posterior, pattern)
+                let fit = self.readings.fit(&any, self.readings.rows(path)?, true)?;
+                let measured = fit.selection.readings.pattern();
+                (fit.selection.posterior, measured)
             }
         };
         let so_far = posterior.expected_loss();

@@ -7,9 +7,9 @@ use clap::{ArgGroup, Args};
 use glimpse_materials::basis::Basis;
 use glimpse_training::route::{Machine, Order, PlanArgs, Route, blank_sheet};
 
-use super::emit;
 use super::geometry::GeometryArgs;
 use super::output::{is_same_file, refuse_input, write_files};
+use super::{LINEAR_ANY, emit};
 
 /// Plan a scan: positions of the arms in degrees, their order, and the duration.
 ///
@@ -29,8 +29,9 @@ use super::output::{is_same_file, refuse_input, write_files};
 #[derive(Args)]
 #[command(verbatim_doc_comment, group = ArgGroup::new("written").args(["out", "blank"]).multiple(true))]
 pub(crate) struct Plan {
-    /// Recipe file, or the name of a bundled recipe [default: linear-any, with --geometry]
-    recipe: Option<PathBuf>,
+    /// Recipe file, or the name of a bundled recipe; linear-any needs --geometry
+    #[arg(default_value = LINEAR_ANY)]
+    recipe: PathBuf,
     #[command(flatten)]
     geometry: GeometryArgs,
     #[command(flatten)]
@@ -52,7 +53,7 @@ pub(crate) struct Plan {
 impl Plan {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         self.refuse_inputs()?;
-        let file = self.geometry.read_file(self.recipe.as_deref())?;
+        let file = self.geometry.read_file(&self.recipe)?;
         let recipe = file.recipe();
         let stated = file.metadata().machine();
         let (machine, route) = self.request.plan(&recipe, &stated, seed)?;
@@ -77,10 +78,8 @@ impl Plan {
     /// Refuses outputs that are inputs, or both the same file.
     fn refuse_inputs(&self) -> anyhow::Result<()> {
         for file in self.out.iter().chain(&self.blank) {
-            if let Some(recipe) = &self.recipe {
-                refuse_input(file, recipe)?;
-                refuse_input(file, &Basis::path_for(recipe))?;
-            }
+            refuse_input(file, &self.recipe)?;
+            refuse_input(file, &Basis::path_for(&self.recipe))?;
         }
         if let (Some(out), Some(blank)) = (&self.out, &self.blank) {
             ensure!(

@@ -312,11 +312,11 @@ impl<'a> Store<'a> {
             _ => None,
         };
         let any = match (&trained, case.approach) {
-            (Some((file, basis)), Approach::Any) => Some(NamedRecipe {
-                name: case.name(),
-                file: Arc::new(RecipeFile::new(file.bytes().to_vec())?),
-                basis: basis.clone().map(Arc::new),
-            }),
+            (Some((file, basis)), Approach::Any) => Some(NamedRecipe::new(
+                case.name(),
+                Arc::new(RecipeFile::new(file.bytes().to_vec())?),
+                basis.clone().map(Arc::new),
+            )),
             _ => None,
         };
         let lacks_basis = || format!("{} has no basis: remove it to train it again", case.name());
@@ -324,7 +324,7 @@ impl<'a> Store<'a> {
         let at_directions = match (&any, case.variation) {
             (Some(named), Variation::Readings(instrument, _)) => {
                 let directions = instrument.directions(0.0);
-                named.at(&directions, &vec![0.0; directions.len()])
+                Some(named.at(&directions, &vec![0.0; directions.len()])?)
             }
             _ => None,
         };
@@ -343,18 +343,16 @@ impl<'a> Store<'a> {
                         Method::at_directions("replaced", &recipe, basis, pattern)
                     }
                     (Variation::Readings(..), _) => match &at_directions {
-                        Some(chosen) => {
-                            let recipe = chosen.recipe.file.recipe();
-                            let method =
-                                Method::with_recipe(&recipe, chosen.recipe.basis.as_deref())?;
-                            Ok(method.with_prior(chosen.prior.clone()))
+                        Some(named) => {
+                            let recipe = named.file.recipe();
+                            let method = Method::with_recipe(&recipe, named.basis.as_deref())?;
+                            Ok(method.with_prior(named.prior.clone()))
                         }
                         None => bail!(lacks_basis()),
                     },
                     (Variation::Chosen(count), _) => {
-                        let chosen = any.as_ref().and_then(NamedRecipe::itself);
-                        let (chosen, basis) = chosen.zip(basis).with_context(lacks_basis)?;
-                        let recipe = (file, basis, chosen.prior);
+                        let (any, basis) = any.as_ref().zip(basis).with_context(lacks_basis)?;
+                        let recipe = (file, basis, any.prior.clone());
                         let arms = Some(Position::new(Machine::default()));
                         let limits = &Limits::NONE;
                         let scans = Adaptive::new(recipe, Vec::new(), count, limits, arms);

@@ -4,5 +4,4 @@ mod bundled;
 mod command_line;
 mod common;
 mod measurement;
-mod outliers;
 mod physics;

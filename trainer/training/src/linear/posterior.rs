@@ -63,6 +63,14 @@ impl CoefficientPrior {
             noise,
         })
     }
+
+    /// Returns the standard deviation of the prior's noise over that of a reading with an additional `deviation`, relative
+    /// to the reading.
+    #[must_use]
+    pub fn scale(&self, deviation: f32) -> f32 {
+        let variance = self.noise as f32;
+        (variance / (variance + deviation * deviation)).sqrt()
+    }
 }
 
 /// A reading at any direction.
@@ -84,22 +92,6 @@ impl PosteriorReading {
             angles,
             brdf,
             scale: 1.0,
-        }
-    }
-
-    /// Creates the reading of a recipe's sample, with the noise that the recipe states.
-    #[must_use]
-    pub fn of_sample(
-        recipe: &Recipe<'_>,
-        index: usize,
-        angles: Angles<f32>,
-        brdf: [f32; 3],
-    ) -> Self {
-        let coefficients = recipe.estimator().coefficients();
-        let scales = coefficients.and_then(|each| each.noise?.scales.iter().nth(index));
-        Self {
-            scale: scales.unwrap_or(1.0),
-            ..Self::new(angles, brdf)
         }
     }
 }

@@ -4,6 +4,7 @@ use glimpse_core::fit::{Noise, Ridge};
 use glimpse_core::geometry::Angles;
 use glimpse_core::numeric::{Floats, PackedRows};
 use glimpse_core::recipe::{Contents, Pattern};
+use glimpse_core::section::MAX_SAMPLES;
 use glimpse_materials::basis::Basis;
 
 use super::file::{RecipeDefect, RecipeFile};
@@ -13,34 +14,37 @@ use crate::meta::correction::bounded_precision;
 impl RecipeFile {
     /// Returns the recipe of readings at directions, angles in radians, which this recipe without a pattern fits.
     ///
-    /// `deviations` are the standard deviations of the readings' noise, each relative to its reading; empty without noise.
+    /// `scales` are the standard deviations of the prior's noise, each over that of the reading; empty without noise.
     ///
     /// # Errors
-    /// If a direction is below the horizon, or there are too many.
+    /// If this recipe is not one without a pattern, a direction is below the horizon, or there are too many.
     pub fn at_directions(
         &self,
         basis: &Basis,
         directions: &[Angles<f32>],
-        deviations: &[f32],
+        scales: &[f32],
     ) -> Result<Self, RecipeDefect> {
         let contents = Contents::read(self.bytes())?;
+        let own = contents.ridge.zip(contents.noise);
+        let (ridge, noise) = own
+            .filter(|_| self.recipe().samples() == 0)
+            .ok_or(RecipeDefect::NotAny)?;
+        if directions.len() > MAX_SAMPLES {
+            return Err(RecipeDefect::TooManyDirections(directions.len()));
+        }
         let at = ComponentsAt::new(basis, directions.to_vec());
         let floats = |values: &[f32]| -> Vec<u8> {
             values.iter().copied().flat_map(f32::to_le_bytes).collect()
         };
         let list = |floats: Floats<'_>| floats.iter().collect::<Vec<f32>>();
         let bounded = |precision| floats(&bounded_precision(&at.rows, &list(precision)));
-        let triples = directions.iter();
-        let triples = triples.flat_map(|each| [each.theta_h, each.theta_d, each.phi_d]);
-        let triples = floats(&triples.collect::<Vec<_>>());
+        let triples = directions
+            .iter()
+            .map(|at| [at.theta_h, at.theta_d, at.phi_d]);
+        let triples = floats(triples.collect::<Vec<_>>().as_flattened());
         let (center, rows) = (floats(&at.means()), floats(&at.rows));
-        let Some((ridge, noise)) = contents.ridge.zip(contents.noise) else {
-            return Self::new(self.bytes().to_vec());
-        };
         let [precision, difference] = [ridge.precision, ridge.difference_precision].map(bounded);
-        let scales = deviations.iter();
-        let scales = scales.map(|each| (noise.variance / (noise.variance + each * each)).sqrt());
-        let scales = floats(&scales.collect::<Vec<_>>());
+        let scales = floats(scales);
         Self::write(&Contents {
             pattern: Some(Pattern {
                 directions: Floats::new(&triples),

@@ -50,6 +50,12 @@ pub enum RecipeDefect {
     /// The metadata is invalid.
     #[error(transparent)]
     Metadata(#[from] MetadataError),
+    /// The recipe has a pattern, or no prior of readings at any directions.
+    #[error("the recipe has directions of its own; use one of `train --samples any`")]
+    NotAny,
+    /// The number of directions exceeds that of a recipe's samples.
+    #[error("{0} different directions are too many for a recipe; give at most {MAX_SAMPLES}")]
+    TooManyDirections(usize),
 }
 
 self_cell! {

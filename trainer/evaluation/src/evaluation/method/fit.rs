@@ -53,14 +53,13 @@ impl Method<'_> {
         fitted: &FittedBrdf,
     ) -> Option<LossPrediction> {
         let (prior, pattern) = (self.prior.as_ref()?, self.pattern());
-        let FitAlgorithm::Scan(recipe, _) = &self.algorithm else {
+        if !matches!(self.algorithm, FitAlgorithm::Scan(..)) {
             return None;
-        };
+        }
         let mut read = self.degradation.reader(material, pattern.len(), seed);
         let readings = (0..).zip(pattern).filter_map(|(index, angles)| {
             let brdf = read(index, self.measured(index, *angles))?;
-            let sample = usize::from(index);
-            Some(PosteriorReading::of_sample(recipe, sample, *angles, brdf))
+            Some(PosteriorReading::new(*angles, brdf))
         });
         Some(Posterior::new(prior, &readings.collect::<Vec<_>>())?.loss(fitted))
     }

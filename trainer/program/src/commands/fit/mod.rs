@@ -1,28 +1,25 @@
 //! `trainer fit`
 
-mod folder;
 pub(super) mod options;
+mod pictures;
 mod report;
-mod spectrum;
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use clap::Args;
-use folder::{FILES, contents};
 use glimpse_evaluation::conversion::{Encoded, OutputFormat, encode};
-use glimpse_fitting::measurement::{AngleArgs, Measurements, NamedRecipe, Rows, Selection, fit};
-use glimpse_materials::basis::Basis;
-use glimpse_materials::files::has_content;
-use glimpse_materials::{BasisFile, FittedMaterial, Material};
-use options::QuantityArgs;
-use report::{FitReport, FormatSummary, ReportEntry, file_name};
-use spectrum::ViewingArgs;
+use glimpse_fitting::measurement::{NamedRecipe, Report};
+use glimpse_materials::{FittedMaterial, Material};
+use options::{ReadingArgs, ViewingArgs};
+use pictures::pictures;
+use report::{FormatSummary, ReportEntry};
 
+use super::expected_loss::caution;
 use super::formats::{self, Files, physical_errors};
 use super::lock::Lock;
-use super::output::{create_out_folder, refuse_input, write_file, write_files};
-use super::{emit, recipe_or_bundled};
+use super::output::{create_out_folder, refuse_input, write_files};
+use super::{LINEAR_ANY, emit};
 
 /// Fit a material to readings from a lab, as a device would.
 ///
@@ -59,7 +56,7 @@ use super::{emit, recipe_or_bundled};
 ///   can correct this file and fit it again, without --quantity and --white;
 /// - with bands, bands.csv and bands.svg: readings and fit of each band, and their colors. Formats
 ///   and commands show RGB (CIE 1931, D65); rgl-spectral, openmaterial and ssdd have the bands;
-/// - for the model linear the basis, so that the folder can be moved;
+/// - for the model linear material.basis, so that the folder can be moved;
 /// - with --format, a folder DIR/formats with files for other programs.
 ///
 /// With several --measurements, each gets a folder DIR/NAME. A report is printed on stdout.
@@ -75,8 +72,9 @@ use super::{emit, recipe_or_bundled};
 #[command(verbatim_doc_comment)]
 pub(crate) struct Fit {
     /// Recipe file, with its basis file NAME.basis next to it, if it has one, or the name of a bundled
-    /// recipe [default: linear-any]
-    recipe: Option<PathBuf>,
+    /// recipe
+    #[arg(default_value = LINEAR_ANY)]
+    recipe: PathBuf,
     /// Readings, a CSV file for each material
     #[arg(long, value_name = "FILE.csv", required = true, num_args = 1..)]
     measurements: Vec<PathBuf>,
@@ -84,9 +82,7 @@ pub(crate) struct Fit {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     #[command(flatten)]
-    angles: AngleArgs,
-    #[command(flatten)]
-    quantity: QuantityArgs,
+    readings: ReadingArgs,
     #[command(flatten)]
     viewing: ViewingArgs,
     /// Formats of additional files of the material in DIR/formats; see `trainer convert`
@@ -99,9 +95,6 @@ pub(crate) struct Fit {
     /// Keep all readings in the fit
     #[arg(long)]
     keep_all: bool,
-    /// Write the fit even if its readings are unlikely to come from a material
-    #[arg(long)]
-    accept_implausible: bool,
     /// Replace the results of an earlier run in DIR
     #[arg(long)]
     force: bool,
@@ -110,6 +103,16 @@ pub(crate) struct Fit {
     json: bool,
 }
 
+/// The names of all files.
+const FILES: [&str; 7] = [
+    "material.json",
+    "material.basis",
+    "readings.csv",
+    "bands.csv",
+    "sphere.png",
+    "lobe.svg",
+    "bands.svg",
+];
 /// The folder of additional formats. It is separate, so that the fit's folder remains a source of one material.
 const FORMATS: &str = "formats";
 
@@ -126,67 +129,44 @@ impl Fit {
             !self.as_fitted || self.format.iter().any(|format| format.is_table()),
             "--as-fitted has no effect without a table in --format, which all but nbrdf and shading models are: remove it"
         );
-        let given = recipe_or_bundled(self.recipe.as_deref())?;
+        let given = NamedRecipe::read(&self.recipe)?;
         let inputs = self.inputs()?;
-        self.refuse_overwrite(&inputs, &given)?;
+        self.refuse_overwrite(&inputs)?;
 
         // All fits are computed before any file is written, so that an error leaves no partial output.
         let mut fits = Vec::new();
         for input in &inputs {
-            let mut rows = Rows::read(input.path, &self.angles)?;
-            ensure!(
-                !self.viewing.is_given() || !rows.wavelengths().is_empty(),
-                "{}: --illuminant and --observer have no effect on readings in RGB: remove them",
-                input.path.display()
-            );
-            let chosen = given.choose(&mut rows)?;
-            let recipe = chosen.recipe.file.recipe();
-            let pattern: Vec<_> = recipe.pattern().collect();
-            let quantity = self.quantity.read(&pattern, &self.angles, &rows)?;
-            let measured = Measurements::new(&rows, &pattern, &quantity)?;
-            let basis = chosen.recipe.basis.clone();
-            let fit = Selection::new(&recipe, &chosen.prior, measured, self.keep_all)
-                .and_then(|selection| fit(&recipe, basis.as_deref(), input.name.clone(), selection))
-                .with_context(|| input.path.display().to_string())?;
-            if !self.accept_implausible {
-                fit.check_plausible().with_context(|| {
-                    let path = input.path.display();
-                    format!(
-                        "{path}: implausible (divide percent by 100; --quantity states other quantities than the BRDF; \
-                         --accept-implausible writes the fit nevertheless)"
-                    )
-                })?;
-            }
-            let report = FitReport::new(&chosen, input.path, &quantity, &fit, &self.viewing)?;
+            let rows = self.readings.rows(input.path)?;
+            let viewing = self.viewing.viewing(&rows)?;
+            let fit = self.readings.fit(&given, rows, self.keep_all)?;
             let formats = self.formats(&fit.material, &input.folder, seed)?;
-            fits.push((fit, pattern, chosen.recipe, report, formats));
+            fits.push((Report::new(&fit, viewing), fit, formats));
         }
 
         create_out_folder(&self.out)?;
         let _lock = Lock::of_folder(&self.out)?;
         let mut entries = Vec::new();
-        for (input, (fit, pattern, recipe, report, formats)) in inputs.iter().zip(fits) {
+        for (input, (report, fit, formats)) in inputs.iter().zip(fits) {
             create_out_folder(&input.folder)?;
-            let basis = self.write_basis(&recipe)?;
-            let basis = basis.map(|(name, checksum)| {
-                let up = if input.folder == self.out { "" } else { "../" };
-                BasisFile::new(format!("{up}{name}"), checksum)
-            });
-            let contents = contents(&fit, &pattern, basis.as_ref(), &report)?;
-            for (name, bytes) in &contents {
-                write_file(&input.folder.join(name), bytes, self.force)?;
-            }
-            for name in &FILES[contents.len()..] {
-                remove_earlier(&input.folder.join(name))?; // of a fit in bands
+            let mut files = fit.folder(&input.folder, &report)?;
+            files.extend(pictures(&fit, &report, &input.folder)?);
+            write_files(&files, self.force)?;
+            for path in FILES.map(|name| input.folder.join(name)) {
+                if files.iter().all(|(written, _)| *written != path) {
+                    remove_earlier(&path)?;
+                }
             }
             let formats = formats.iter().map(|(files, encoded)| {
                 self.write_format(&input.folder, &fit.material, files, encoded)
             });
+            let readings = fit.selection.readings;
             entries.push(ReportEntry {
                 name: &input.name,
                 folder: input.folder.display().to_string(),
                 formats: formats.collect::<anyhow::Result<_>>()?,
                 report,
+                caution: caution(&readings.recipe.file.recipe())?,
+                off_pattern: readings.off_pattern,
             });
         }
         emit(self.json, &entries, || {
@@ -261,14 +241,10 @@ impl Fit {
     }
 
     /// Refuses to overwrite an input, or without --force the results of an earlier run.
-    fn refuse_overwrite(
-        &self,
-        inputs: &[FitInput<'_>],
-        recipe: &NamedRecipe,
-    ) -> anyhow::Result<()> {
-        let mut input_files: Vec<&Path> = self.recipe.as_deref().into_iter().collect();
+    fn refuse_overwrite(&self, inputs: &[FitInput<'_>]) -> anyhow::Result<()> {
+        let mut input_files = vec![&*self.recipe];
         input_files.extend(inputs.iter().map(|input| input.path));
-        input_files.extend(self.quantity.white());
+        input_files.extend(self.readings.white());
         for input in inputs {
             let formats = input.folder.join(FORMATS);
             // Other files in it would be mistaken for files of this material.
@@ -277,8 +253,7 @@ impl Fit {
                 "{} exists already, with files of an earlier run: remove it, or give another --out",
                 formats.display()
             );
-            for name in FILES {
-                let path = input.folder.join(name);
+            for path in FILES.map(|name| input.folder.join(name)) {
                 for file in &input_files {
                     refuse_input(&path, file)?;
                 }
@@ -289,30 +264,7 @@ impl Fit {
                 );
             }
         }
-        if recipe.basis.is_some() {
-            for file in &input_files {
-                refuse_input(&self.basis_path(recipe), file)?;
-            }
-        }
         Ok(())
-    }
-
-    fn basis_path(&self, recipe: &NamedRecipe) -> PathBuf {
-        self.out.join(Basis::path_for(Path::new(&recipe.name)))
-    }
-
-    /// Writes the basis of a recipe into the output folder, once for all fits. Returns its name and checksum.
-    fn write_basis(&self, recipe: &NamedRecipe) -> anyhow::Result<Option<(String, u32)>> {
-        let checksum = recipe.file.recipe().basis_checksum();
-        let Some((basis, checksum)) = recipe.basis.as_ref().zip(checksum) else {
-            return Ok(None);
-        };
-        let (bytes, path) = (basis.to_bytes(), self.basis_path(recipe));
-        // The recipe may be in the output folder, with its basis.
-        if !has_content(&path, &bytes) {
-            write_file(&path, &bytes, self.force)?;
-        }
-        Ok(Some((file_name(&path), checksum)))
     }
 }
 

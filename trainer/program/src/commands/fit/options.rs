@@ -1,22 +1,24 @@
-//! Options for the quantity of readings: the BRDF, a multiple of it, or counts.
+//! Options of readings: their angles, and their quantity, which is the BRDF, a multiple of it, or counts.
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use clap::Args;
-use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Footprint;
 use glimpse_fitting::measurement::{
-    AngleArgs, CountCalibration, FOOTPRINTS, Multiple, QUANTITIES, ReadingQuantity, Rows,
-    WhiteReference,
+    AngleArgs, CountCalibration, FOOTPRINTS, Fit, ILLUMINANTS, Multiple, NamedRecipe, OBSERVERS,
+    QUANTITIES, ReadingQuantity, Readings, Rows,
 };
+use glimpse_materials::{Illuminant, Observer, Viewing};
 
 use super::super::choice::choice;
 use super::super::numbers::{channels, finite, reflectances};
 
-/// Options for the quantity of readings.
+/// Options of readings.
 #[derive(Args)]
-pub(crate) struct QuantityArgs {
+pub(crate) struct ReadingArgs {
+    #[command(flatten)]
+    angles: AngleArgs,
     /// Quantity of the readings: the BRDF, sr^-1; the BRDF times cos(theta_i), the radiance under a lamp
     /// that lights the sensor's whole spot; the BRDF times cos(theta_o), also called brdf-cos, ASTM's
     /// cosine-corrected BSDF; or pi times the BRDF, the radiance relative to that of a white tile, also in
@@ -42,12 +44,29 @@ pub(crate) struct QuantityArgs {
     /// cosine in the counts
     #[arg(long, value_parser = choice(&FOOTPRINTS, &[]), requires = "white")]
     footprint: Option<Footprint>,
+    /// Accept readings that are unlikely to come from a material
+    #[arg(long)]
+    accept_implausible: bool,
 }
 
-impl QuantityArgs {
+/// Options for colors of bands.
+#[derive(Args)]
+pub(super) struct ViewingArgs {
+    /// With bands: illuminant of CIELAB [default: d65]
+    #[arg(long, value_parser = choice(&ILLUMINANTS, &[]))]
+    illuminant: Option<Illuminant>,
+    /// With bands: observer of CIELAB, degrees [default: 2]
+    #[arg(long, value_parser = choice(&OBSERVERS, &[]))]
+    observer: Option<Observer>,
+}
+
+impl ReadingArgs {
     /// Returns true if an option was given.
     pub(crate) fn is_given(&self) -> bool {
-        self.quantity.is_some() || self.white.is_some()
+        self.quantity.is_some()
+            || self.white.is_some()
+            || self.accept_implausible
+            || self.angles != AngleArgs::default()
     }
 
     /// Returns the path of --white.
@@ -55,32 +74,67 @@ impl QuantityArgs {
         self.white.as_deref()
     }
 
-    /// Returns the quantity of these options, or else that of the file. Reads the file of --white.
-    pub(crate) fn read(
+    /// Reads a file of readings.
+    pub(crate) fn rows(&self, path: &Path) -> anyhow::Result<Rows> {
+        Ok(Rows::read(path, &self.angles)?)
+    }
+
+    /// Fits the rows of a file. The material has its name.
+    pub(crate) fn fit(
         &self,
-        pattern: &[Angles<f32>],
-        angles: &AngleArgs,
-        rows: &Rows,
-    ) -> anyhow::Result<ReadingQuantity> {
-        let Some(white) = &self.white else {
-            let stated = ReadingQuantity::stated(rows);
-            let quantity = self
-                .quantity
-                .map(|multiple| ReadingQuantity::Values(multiple, 1.0));
-            let quantity = quantity.unwrap_or(stated);
-            let Some(reflectance) = self.white_reflectance else {
-                return Ok(quantity);
-            };
-            let relative = quantity.relative_to(reflectance);
-            return relative.context(
-                "--white-reflectance needs --white, or it is one number, and --quantity is a reflectance factor",
-            );
-        };
-        Ok(ReadingQuantity::Counts(CountCalibration::new(
-            WhiteReference::read(white, angles, pattern, self.footprint)?,
-            self.dark,
-            self.white_reflectance,
-            self.saturation,
-        )))
+        given: &NamedRecipe,
+        rows: Rows,
+        keep_all: bool,
+    ) -> anyhow::Result<Fit> {
+        let (path, name) = (rows.path().display().to_string(), rows.path().file_stem());
+        let name = name.unwrap_or_default().to_string_lossy().into_owned();
+        let quantity = self.quantity(&rows)?;
+        let readings = Readings::new(given, rows, quantity)?;
+        let fit = Fit::new(readings, name, keep_all).with_context(|| path.clone())?;
+        if !self.accept_implausible {
+            fit.check_plausible().with_context(|| {
+                format!(
+                    "{path}: implausible (divide percent by 100; --quantity states other quantities than the BRDF; \
+                     --accept-implausible accepts the readings nevertheless)"
+                )
+            })?;
+        }
+        Ok(fit)
+    }
+
+    /// Returns the quantity of these options, or else that of the file. Reads the file of --white.
+    fn quantity(&self, rows: &Rows) -> anyhow::Result<ReadingQuantity> {
+        if let Some(white) = &self.white {
+            return Ok(ReadingQuantity::Counts(CountCalibration::new(
+                self.rows(white)?,
+                self.footprint,
+                self.dark,
+                self.white_reflectance,
+                self.saturation,
+            )));
+        }
+        let quantity = ReadingQuantity::of_values(self.quantity, self.white_reflectance, rows);
+        quantity.context(
+            "--white-reflectance needs --white, or it is one number, and --quantity is a reflectance factor",
+        )
+    }
+}
+
+impl ViewingArgs {
+    /// Returns the viewing of colors.
+    ///
+    /// # Errors
+    /// If an option was given, but the rows have no bands.
+    pub(super) fn viewing(&self, rows: &Rows) -> anyhow::Result<Viewing> {
+        let is_given = self.illuminant.is_some() || self.observer.is_some();
+        ensure!(
+            !is_given || !rows.wavelengths().is_empty(),
+            "{}: --illuminant and --observer have no effect on readings in RGB: remove them",
+            rows.path().display()
+        );
+        Ok(Viewing {
+            illuminant: self.illuminant.unwrap_or_default(),
+            observer: self.observer.unwrap_or_default(),
+        })
     }
 }

@@ -1,34 +1,11 @@
-//! The report on a fit: fields for `--json` and `material.json`.
+//! The report on a fit for `--json` and the terminal.
 
-mod text;
-
-use std::path::Path;
-
-use glimpse_core::gonio::Repeated;
-use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::Residual;
 use glimpse_evaluation::conversion::WrittenErrors;
-use glimpse_fitting::measurement::{
-    ChosenRecipe, Fit, ReadingQuantity, ReadingStatus, Selection, coefficient_of_variation,
-};
-use glimpse_kernels::scan::LossPrediction;
+use glimpse_fitting::measurement::{ReadingStatus, Report, SpectrumReport};
 use serde::Serialize;
 
-use super::super::expected_loss::caution;
-use super::spectrum::{SpectrumReport, ViewingArgs};
-
-/// The report on a fit. Field names are those of the JSON.
-#[derive(Serialize)]
-pub(super) struct FitReport {
-    trainer: &'static str,
-    recipe: RecipeSummary,
-    measured: InputSummary,
-    readings: ReadingSummary,
-    residual: Residual,
-    expected_loss: Option<FitLoss>,
-    /// Null without bands.
-    pub(super) spectrum: Option<SpectrumReport>,
-}
+/// The coefficient of variation of repeated readings above which one of them is probably wrong.
+const MAX_PLAUSIBLE_SPREAD: f32 = 0.2;
 
 /// An entry of `--json`: a report with the material's name and folder.
 #[derive(Serialize)]
@@ -38,7 +15,13 @@ pub(super) struct ReportEntry<'a> {
     /// The files of --format.
     pub(super) formats: Vec<FormatSummary>,
     #[serde(flatten)]
-    pub(super) report: FitReport,
+    pub(super) report: Report,
+    /// The reason that the given recipe does not fit the readings.
+    #[serde(skip)]
+    pub(super) off_pattern: Option<String>,
+    /// A caution about the recipe's losses.
+    #[serde(skip)]
+    pub(super) caution: Option<String>,
 }
 
 /// The first file of a format, and its errors against the fit.
@@ -49,226 +32,160 @@ pub(super) struct FormatSummary {
     pub(super) errors: WrittenErrors,
 }
 
-#[derive(Serialize)]
-struct RecipeSummary {
-    file: String,
-    checksum: String,
-    model: &'static str,
-    samples: usize,
-    takes_missing: bool,
-    /// True if the readings are not at the given recipe's directions, and another recipe fits them.
-    off_pattern: bool,
-    /// The reason, for the terminal.
-    #[serde(skip)]
-    reason: Option<String>,
-}
-
-#[derive(Serialize)]
-struct InputSummary {
-    /// The input's file name, without directories.
-    file: String,
-    /// The quantity of its numbers, as a column `quantity` names it.
-    quantity: &'static str,
-    rows: usize,
-    /// The largest distance of a row from its sample, in degrees; null if rows have no directions.
-    furthest_degrees: Option<f64>,
-}
-
-/// Counts and lists of samples, by the state of their readings.
-#[derive(Serialize)]
-struct ReadingSummary {
-    /// Number of readings that the fit used.
-    used: usize,
-    /// The samples whose readings the fit did not use.
-    unused: Vec<UnusedSample>,
-    /// Samples with a saturated reading, used or not.
-    saturated: Vec<usize>,
-    /// Samples whose reading is 0 or below in all channels.
-    no_light: Vec<usize>,
-    /// Number of samples with several readings.
-    repeated: usize,
-    /// The largest coefficient of variation of repeated readings.
-    largest_spread: Option<f32>,
-    /// The sample with the largest coefficient of variation.
-    most_spread: Option<usize>,
-    /// Readings that are improbable given the other readings, used or not.
-    outliers: Vec<OutlierSummary>,
-}
-
-#[derive(Serialize)]
-struct UnusedSample {
-    sample: usize,
-    status: ReadingStatus,
-}
-
-#[derive(Serialize)]
-struct OutlierSummary {
-    sample: usize,
-    status: ReadingStatus,
-    z: f32,
-    /// The magnitude of z above which a reading is an outlier.
-    threshold: f32,
-    /// The reading as a BRDF, sr^-1.
-    reading: [f32; 3],
-    /// The BRDF predicted from the other readings, sr^-1.
-    expected: [f32; 3],
-}
-
-/// The expected loss of this fit.
-#[derive(Serialize)]
-struct FitLoss {
-    loss: f32,
-    /// The upper bound for 90 % of materials; null if the recipe has none.
-    bound: Option<f32>,
-    /// True if the readings are unlike those of all training materials; null if the recipe cannot tell.
-    unlike_training: Option<bool>,
-    /// Text for the terminal.
-    #[serde(skip)]
-    text: String,
-}
-
-impl FitReport {
-    /// Creates the report on a fit of an input file with a recipe.
-    ///
-    /// # Errors
-    /// If the recipe's metadata is malformed.
-    pub(super) fn new(
-        chosen: &ChosenRecipe,
-        input: &Path,
-        quantity: &ReadingQuantity,
-        fit: &Fit,
-        viewing: &ViewingArgs,
-    ) -> anyhow::Result<Self> {
-        let measured = &fit.selection.measurements;
-        let recipe = &chosen.recipe.file.recipe();
-        let mut report = Self {
-            trainer: env!("CARGO_PKG_VERSION"),
-            recipe: RecipeSummary {
-                file: chosen.recipe.name.clone(),
-                checksum: format!("{:08x}", recipe.checksum()),
-                model: recipe.model().name(),
-                samples: recipe.samples(),
-                takes_missing: recipe.tolerates_missing(),
-                off_pattern: chosen.off_pattern.is_some(),
-                reason: chosen.off_pattern.clone(),
-            },
-            measured: InputSummary {
-                file: file_name(input),
-                quantity: quantity.name(),
-                rows: measured.rows,
-                furthest_degrees: measured
-                    .max_distance
-                    .map(|distance| distance.radians.to_degrees()),
-            },
-            readings: ReadingSummary::new(&fit.selection),
-            residual: fit.residual,
-            expected_loss: expected_loss(recipe, fit)?,
-            spectrum: SpectrumReport::new(fit, &recipe.pattern().collect::<Vec<_>>(), viewing),
+impl ReportEntry<'_> {
+    /// Formats the report for the terminal.
+    pub(super) fn to_text(&self, keep_all: bool) -> String {
+        let Report {
+            recipe,
+            measured,
+            readings,
+            residual,
+            ..
+        } = &self.report;
+        let distance = match measured.furthest_degrees {
+            Some(degrees) if degrees >= 0.005 => {
+                format!(", at most {degrees:.2} degrees from their samples")
+            }
+            _ => String::new(),
         };
-        // Expected losses hold for materials that reflect light, like all training materials.
-        if report.is_mostly_dark() {
-            report.expected_loss = None;
+        let missing = readings.missing();
+        let read = format!(
+            "{} of {} samples of {} in {} rows of {} ({}){distance}",
+            recipe.samples - missing.len(),
+            recipe.samples,
+            recipe.file,
+            measured.rows,
+            measured.file,
+            measured.quantity,
+        );
+        let mut lines = vec![("read", read)];
+        if let Some(reason) = &self.off_pattern {
+            let text = format!("{} fits readings at any directions: {reason}", recipe.file);
+            lines.push(("other recipe", text));
         }
-        Ok(report)
-    }
-
-    /// Returns true if most readings have no light.
-    fn is_mostly_dark(&self) -> bool {
-        let read = self.recipe.samples - self.readings.with_status(ReadingStatus::Missing).len();
-        2 * self.readings.no_light.len() > read
-    }
-}
-
-impl ReadingSummary {
-    fn new(selection: &Selection) -> Self {
-        let measured = &selection.measurements.samples;
-        let samples_where = |holds: fn(&Repeated) -> bool| {
-            let all = measured.iter().enumerate();
-            let matching = all.filter(|(_, sample)| holds(sample));
-            matching.map(|(index, _)| index).collect::<Vec<usize>>()
+        let saturated_note = if recipe.takes_missing {
+            "not used unless all readings are saturated"
+        } else {
+            "too small, but the recipe needs all readings: measure again with less light"
         };
-        let spreads = measured.iter().enumerate();
-        let spreads =
-            spreads.filter_map(|(index, sample)| Some((index, coefficient_of_variation(sample)?)));
-        let most_spread = spreads.max_by(|(_, one), (_, other)| one.total_cmp(other));
-        let unused = selection.statuses.iter().enumerate();
-        let unused = unused.filter(|(_, status)| **status != ReadingStatus::Used);
-        let report = &selection.outlier_report;
-        let outliers = report.outliers.iter().filter_map(|sample| {
-            let prediction = report.predictions[*sample]?;
-            Some(OutlierSummary {
-                sample: *sample,
-                status: selection.statuses[*sample],
-                z: prediction.z as f32,
-                threshold: report.threshold as f32,
-                reading: measured[*sample].mean()?,
-                expected: prediction.expected,
-            })
-        });
-        Self {
-            used: selection.with_status(ReadingStatus::Used).len(),
-            unused: unused
-                .map(|(sample, status)| UnusedSample {
-                    sample,
-                    status: *status,
-                })
-                .collect(),
-            saturated: samples_where(Repeated::saturated),
-            no_light: samples_where(|sample| {
-                let mean = sample.mean();
-                mean.is_some_and(|mean| mean.into_iter().all(|value| value <= 0.0))
-            }),
-            repeated: samples_where(|sample| sample.count() > 1).len(),
-            largest_spread: most_spread.map(|(_, spread)| spread),
-            most_spread: most_spread.map(|(index, _)| index),
-            outliers: outliers.collect(),
+        let dark_note = if self.report.is_mostly_dark() {
+            "0 or below in all channels: check the lamp, --dark and --white"
+        } else {
+            "0 or below in all channels"
+        };
+        for (label, samples, note) in [
+            ("missing", &missing, ""),
+            ("saturated", &readings.saturated, saturated_note),
+            ("no light", &readings.no_light, dark_note),
+        ] {
+            if !samples.is_empty() {
+                let separator = if note.is_empty() { "" } else { ", " };
+                lines.push((label, describe_samples(samples) + separator + note));
+            }
         }
+        if let (Some(spread), Some(sample)) = (readings.largest_spread, readings.most_spread) {
+            let hint = if spread > MAX_PLAUSIBLE_SPREAD {
+                ": one of its rows may be wrong"
+            } else {
+                ""
+            };
+            let text = format!(
+                "{} samples; the largest standard deviation is {:.1} % of the mean, in sample {sample}{hint}",
+                readings.repeated,
+                100.0 * spread
+            );
+            lines.push(("repeated", text));
+        }
+        for outlier in &readings.outliers {
+            let note = match outlier.status {
+                ReadingStatus::Used if keep_all => "used, by --keep-all",
+                ReadingStatus::Used if recipe.takes_missing => "used",
+                ReadingStatus::Used => {
+                    "used, since the recipe needs all readings: measure it again"
+                }
+                _ => "not used",
+            };
+            let rgb = |brdf: [f32; 3]| brdf.map(|f| format!("{f:.3}")).join(" ");
+            let text = format!(
+                "sample {}: reading {}, predicted {} (z {:+.1}, threshold {:.1}); {note}",
+                outlier.sample,
+                rgb(outlier.reading),
+                rgb(outlier.expected),
+                outlier.z,
+                outlier.threshold
+            );
+            lines.push(("outlier", text));
+        }
+        lines.push(("used", format!("{} readings", readings.used)));
+        let text = format!(
+            "mean {:.4}, largest {:.4} at sample {}",
+            residual.mean, residual.worst, residual.worst_index
+        );
+        lines.push(("residual", text));
+        if let Some(reason) = residual.implausible {
+            lines.push(("implausible", reason.text().to_owned()));
+        }
+        lines.push(("expected loss", self.expected_loss()));
+        if let Some(spectrum) = &self.report.spectrum {
+            lines.push(("spectrum", describe_spectrum(spectrum)));
+        }
+        let lines = lines.iter();
+        let lines = lines.map(|(label, text)| format!("  {label:15}{text}\n"));
+        format!("{}\n{}", self.name, lines.collect::<String>())
     }
 
-    /// Returns the samples with a status other than used.
-    fn with_status(&self, status: ReadingStatus) -> Vec<usize> {
-        let unused = self.unused.iter();
-        let matching = unused.filter(|unused| unused.status == status);
-        matching.map(|unused| unused.sample).collect()
+    fn expected_loss(&self) -> String {
+        let Some(expected) = self.report.expected_loss else {
+            let reason = if self.report.is_mostly_dark() {
+                "most readings are dark"
+            } else {
+                "less than half of the readings are used"
+            };
+            return format!("unknown, since {reason}");
+        };
+        let mut text = format!("{:.4}", expected.loss);
+        if let Some(bound) = expected.bound {
+            text += &format!(" (at most {bound:.4} for 90 % of materials)");
+        }
+        text += ", predicted from these readings";
+        if expected.unlike_training == Some(true) {
+            text += "; the readings are unlike those of all training materials, so the loss may be larger";
+        }
+        if let Some(caution) = &self.caution {
+            text += &format!("; {caution}");
+        }
+        text
     }
 }
 
-/// Returns the name of a file without directories.
-pub(super) fn file_name(path: &Path) -> String {
-    let name = path.file_name().unwrap_or_default();
-    name.to_string_lossy().into_owned()
-}
-
-/// Returns true if a fit uses less than half of the samples. Then the loss that a recipe predicts is not reliable.
-fn too_few(used: usize, samples: usize) -> bool {
-    2 * used < samples
-}
-
-/// Returns the loss that is predicted from these readings.
-fn expected_loss(recipe: &Recipe<'_>, fit: &Fit) -> anyhow::Result<Option<FitLoss>> {
-    let used = fit.selection.with_status(ReadingStatus::Used).len();
-    if too_few(used, recipe.samples()) && !recipe.bounds_partial_loss() {
-        return Ok(None);
-    }
-    let LossPrediction {
-        loss,
-        bound,
-        unlike_training,
-    } = fit.prediction;
-    let caution = caution(recipe)?.map_or_else(String::new, |caution| format!("; {caution}"));
-    let at_most = bound.map_or_else(String::new, |bound| {
-        format!(" (at most {bound:.4} for 90 % of materials)")
+fn describe_spectrum(report: &SpectrumReport) -> String {
+    let differences = report.readings.iter().map(|reading| reading.delta_e);
+    let mean = differences.sum::<f64>() / report.readings.len().max(1) as f64;
+    let worst = report.readings.iter();
+    let worst = worst.max_by(|one, other| one.delta_e.total_cmp(&other.delta_e));
+    let worst = worst.map_or(String::new(), |worst| {
+        format!(
+            ", largest {:.2} at sample {} ({:.0} degrees from the mirror direction)",
+            worst.delta_e, worst.sample, worst.aspecular
+        )
     });
-    let unlike = match unlike_training {
-        Some(true) => {
-            "; the readings are unlike those of all training materials, so the loss may be larger"
-        }
-        _ => "",
+    format!(
+        "{} bands, {} to {} nm; color error (CIEDE2000, {}, {} degrees) mean {mean:.2}{worst}",
+        report.wavelengths.len(),
+        report.wavelengths.first().unwrap_or(&0.0),
+        report.wavelengths.last().unwrap_or(&0.0),
+        report.illuminant.to_uppercase(),
+        report.observer,
+    )
+}
+
+/// Lists the numbers of samples, at least one.
+fn describe_samples(samples: &[usize]) -> String {
+    let names: Vec<String> = samples.iter().map(usize::to_string).collect();
+    let noun = if names.len() == 1 {
+        "sample"
+    } else {
+        "samples"
     };
-    Ok(Some(FitLoss {
-        loss,
-        bound,
-        unlike_training,
-        text: format!("{loss:.4}{at_most}, predicted from these readings{unlike}{caution}"),
-    }))
+    format!("{noun} {}", names.join(", "))
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::report::pattern_svg;
 use clap::Args;
 
-use super::super::geometry::read_with_pattern;
+use super::super::geometry::GeometryArgs;
 use super::super::output::{file_type, refuse_input, write_file};
 
 /// Plot a recipe's pattern: over theta_h and theta_d, and as directions of light and sensor.
@@ -13,8 +13,10 @@ use super::super::output::{file_type, refuse_input, write_file};
 /// Example: trainer render pattern neural-n8.recipe --out pattern.svg
 #[derive(Args)]
 pub(super) struct Pattern {
-    /// Recipe file
+    /// Recipe file, or the name of a bundled recipe
     recipe: PathBuf,
+    #[command(flatten)]
+    geometry: GeometryArgs,
     /// Plot to write
     #[arg(long, short, value_name = "FILE.svg", default_value = "pattern.svg")]
     out: PathBuf,
@@ -26,7 +28,7 @@ pub(super) struct Pattern {
 impl Pattern {
     pub(super) fn run(&self) -> anyhow::Result<()> {
         file_type(&self.out, &["svg"])?;
-        let file = read_with_pattern(&self.recipe)?;
+        let file = self.geometry.read_file(&self.recipe)?;
         refuse_input(&self.out, &self.recipe)?;
         let pattern: Vec<_> = file.recipe().pattern().collect();
         write_file(&self.out, pattern_svg(&pattern).as_bytes(), self.force)

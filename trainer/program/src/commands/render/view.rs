@@ -11,7 +11,7 @@ use glimpse_core::gonio::Quantity;
 use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::Degradation;
 use glimpse_fitting::measurement::{
-    AngleArgs, MachineArgs, Measurements, NamedRecipe, ReadingQuantity, Rows, Selection,
+    AngleArgs, MachineArgs, NamedRecipe, ReadingQuantity, Readings, Rows, SampleReading, Selection,
 };
 use glimpse_kernels::scan::scan_with_missing;
 use glimpse_materials::basis::Basis;
@@ -210,18 +210,19 @@ type Measured = (NamedRecipe, Vec<Option<[f32; 3]>>, Option<Angles<f32>>);
 /// Returns the recipe that fits readings from a lab, and those that `trainer fit` would use. If they are not those of
 /// the recipe's pattern, there is a direction to read next.
 fn measured(given: &NamedRecipe, file: &Path) -> anyhow::Result<Measured> {
-    let mut rows = Rows::read(file, &AngleArgs::default())?;
-    let chosen = given.choose(&mut rows)?;
-    let recipe = chosen.recipe.file.recipe();
-    let pattern: Vec<_> = recipe.pattern().collect();
-    let quantity = ReadingQuantity::of(Quantity::Brdf);
-    let measured = Measurements::new(&rows, &pattern, &quantity)?;
-    let selection = Selection::new(&recipe, &chosen.prior, measured, false)
-        .with_context(|| file.display().to_string())?;
-    let next = match given.is_any() || chosen.off_pattern.is_some() {
-        true => MachineArgs::default().next(given, (&selection.posterior, &pattern), 1)?,
-        false => Vec::new(),
+    let rows = Rows::read(file, &AngleArgs::default())?;
+    let readings = Readings::new(given, rows, ReadingQuantity::of(Quantity::Brdf))?;
+    let Selection {
+        readings,
+        posterior,
+        ..
+    } = Selection::new(readings, false).with_context(|| file.display().to_string())?;
+    let next = if given.is_any() || readings.off_pattern.is_some() {
+        MachineArgs::default().next(given, (&posterior, &readings.pattern()), 1)?
+    } else {
+        Vec::new()
     };
     let next = next.first().map(|proposal| proposal.angles);
-    Ok((chosen.recipe, selection.used(), next))
+    let used = readings.samples.iter().map(SampleReading::used).collect();
+    Ok((readings.recipe, used, next))
 }

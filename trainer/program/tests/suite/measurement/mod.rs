@@ -1,5 +1,6 @@
 //! Readings from a lab: matching of rows to samples, quantities, and outliers.
 
+mod any_directions;
 mod outliers;
 mod quantities;
 mod rows;
@@ -9,7 +10,10 @@ use std::path::PathBuf;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Quantity;
-use glimpse_fitting::measurement::{AngleArgs, Measurements, ReadingQuantity, Rows, TableError};
+use glimpse_core::model::ModelKind;
+use glimpse_fitting::measurement::{
+    AngleArgs, NamedRecipe, Outliers, ReadingQuantity, Readings, Rows, SampleReading, TableError,
+};
 use glimpse_training::recipe::RecipeFile;
 
 /// Reads one of the bundled recipes.
@@ -32,28 +36,53 @@ pub(crate) fn pattern() -> Vec<Angles<f32>> {
     ]
 }
 
-/// Reads readings from a file with this text.
-pub(crate) fn read_readings(
-    text: &str,
-    quantity: &ReadingQuantity,
-) -> Result<Measurements, TableError> {
+/// Finds the outliers among readings of a pattern.
+fn find_outliers(
+    pattern: impl Iterator<Item = Angles<f32>>,
+    readings: &[Option<[f32; 3]>],
+) -> (Outliers, Vec<SampleReading>) {
+    let samples = pattern.zip(readings).map(|(angles, reading)| {
+        let mut sample = SampleReading::new(angles);
+        if let Some(brdf) = reading {
+            sample.brdf.add(*brdf, false).expect("a finite reading");
+        }
+        sample
+    });
+    let mut samples: Vec<SampleReading> = samples.collect();
+    let prior = NamedRecipe::any(ModelKind::Linear).prior;
+    (Outliers::find(&prior, &mut samples), samples)
+}
+
+/// Reads a file with this text.
+pub(crate) fn rows(text: &str, args: &AngleArgs) -> Result<Rows, TableError> {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let path = scratch.path().join("a.csv");
     std::fs::write(&path, text).expect("the file is written");
-    Measurements::new(
-        &Rows::read(&path, &AngleArgs::default())?,
-        &pattern(),
-        quantity,
-    )
+    Rows::read(&path, args)
+}
+
+/// Reads readings at [`pattern`] from a file with this text.
+pub(crate) fn read_readings(text: &str, quantity: ReadingQuantity) -> Result<Readings, TableError> {
+    let any = NamedRecipe::any(ModelKind::Linear);
+    let recipe = any.at(&pattern(), &[]).expect("valid directions");
+    let rows = rows(text, &AngleArgs::default())?;
+    let readings = Readings::new(&recipe, rows, quantity)?;
+    match readings.off_pattern {
+        Some(message) => Err(TableError::OffPattern {
+            path: readings.rows.path().to_owned(),
+            message,
+        }),
+        None => Ok(readings),
+    }
 }
 
 /// Reads readings of the BRDF from a file with this text.
-pub(crate) fn read_brdf(text: &str) -> Result<Measurements, TableError> {
-    read_readings(text, &ReadingQuantity::of(Quantity::Brdf))
+pub(crate) fn read_brdf(text: &str) -> Result<Readings, TableError> {
+    read_readings(text, ReadingQuantity::of(Quantity::Brdf))
 }
 
 /// Returns the error message about an invalid file, without the path.
-pub(crate) fn error_message(result: Result<Measurements, TableError>) -> String {
+pub(crate) fn error_message<T>(result: Result<T, TableError>) -> String {
     match result {
         Err(TableError::Damaged { path, message } | TableError::OffPattern { path, message }) => {
             assert!(path.ends_with("a.csv"), "{}", path.display());

@@ -1,9 +1,9 @@
 //! Rows in any order, missing and repeated rows, rows with angles or index, and errors of invalid rows.
 
 use glimpse_core::geometry::{Directions, HalfDifference};
-use glimpse_fitting::measurement::{angles_from_vectors, coefficient_of_variation};
+use glimpse_fitting::measurement::{AngleArgs, AngleUnit, ReadingStatus, angles_from_vectors};
 
-use super::{error_message, read_brdf};
+use super::{error_message, read_brdf, rows};
 use crate::common::assert_names;
 
 #[test]
@@ -18,15 +18,18 @@ fn accepts_any_order_missing_and_repeated_rows() {
          nan,,30,10,30,190,NaN,nan\n",
     )
     .expect("the file is read");
-    assert_eq!((read.rows, read.missing()), (2, vec![1, 2]));
-    let mean = read.samples[0].mean().expect("a reading");
+    assert_eq!(read.rows.readings().len(), 2);
+    assert_eq!(read.with_status(ReadingStatus::Missing), [1, 2]);
+    let mean = read.samples[0].brdf.mean().expect("a reading");
     for (mean, expected) in mean.into_iter().zip([0.2, 0.3, 0.4]) {
         assert!((mean - expected).abs() < 1e-6);
     }
     // The standard deviation is 0.1414 in each channel, and the sum of the means is 0.9.
-    let varies = coefficient_of_variation(&read.samples[0]).expect("two readings");
+    let varies = read.samples[0]
+        .coefficient_of_variation()
+        .expect("two readings");
     assert!((varies - 3.0 * 0.141_421 / 0.9).abs() < 1e-4, "{varies}");
-    assert_eq!(coefficient_of_variation(&read.samples[1]), None);
+    assert_eq!(read.samples[1].coefficient_of_variation(), None);
     let far = read.max_distance.expect("rows with directions");
     assert!((far.radians.to_degrees() - 0.1).abs() < 1e-3, "{far}");
 }
@@ -36,13 +39,14 @@ fn accepts_single_channel_and_index() {
     // Spreadsheets may write capitals, and indices with a decimal point.
     let text = "Index,Value,saturated\n2.0,0.5,1\n0,0.25,0\n";
     let read = read_brdf(text).expect("the file is read");
-    assert_eq!(read.samples[2].mean(), Some([0.5; 3]));
-    assert!(read.samples[2].saturated() && !read.samples[0].saturated());
-    assert_eq!((read.missing(), read.max_distance), (vec![1], None));
+    assert_eq!(read.samples[2].brdf.mean(), Some([0.5; 3]));
+    assert!(read.samples[2].brdf.saturated() && !read.samples[0].brdf.saturated());
+    assert_eq!(read.with_status(ReadingStatus::Missing), [1]);
+    assert_eq!(read.max_distance, None);
     // With an index, angles are optional; if present, they are checked.
     let text = "theta_h,index,theta_d,phi_d,value\n,1,,,0.5\n20,1,10,90.2,0.7\n";
     let read = read_brdf(text).expect("the file is read");
-    assert_eq!(read.samples[1].count(), 2);
+    assert_eq!(read.samples[1].brdf.count(), 2);
 }
 
 #[test]
@@ -93,22 +97,15 @@ fn error_suggests_radians() {
     assert_names(&message, &["--unit"]);
 }
 
-/// The last line of a CSV file needs no newline, so a file that is cut within a number is still valid. Then a sample
-/// is missing, or one row is wrong.
 #[test]
-fn truncated_file_has_fewer_rows_or_fails() {
-    let whole = "index,r,g,b\n0,0.25,0.5,0.75\n1,1.5,2.5,3.5\n2,0.1,0.2,0.3\n";
-    for length in 0..whole.len() {
-        match read_brdf(&whole[..length]) {
-            Ok(read) => {
-                let ends = whole[..length].matches('\n').count();
-                assert!(read.rows == ends || read.rows + 1 == ends, "{length}");
-            }
-            refused => {
-                error_message(refused);
-            }
-        }
-    }
+fn remedy_does_not_depend_on_the_name_of_a_column() {
+    let args = AngleArgs {
+        unit: Some(AngleUnit::Radians),
+        ..AngleArgs::default()
+    };
+    let text = "theta_h,theta_d,phi_d,value\n0,x,0,1\n";
+    let message = error_message(rows(text, &args));
+    assert!(!message.contains("degrees"), "{message}");
 }
 
 /// Rounding turns the half vector of mirrored directions, and not their angles on the device.

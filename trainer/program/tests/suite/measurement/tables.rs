@@ -14,9 +14,9 @@ fn table() -> String {
 /// Asserts that a text has the readings of [`ROWS`].
 fn assert_same(text: &str) {
     let read = read_brdf(text).unwrap_or_else(|error| panic!("{text:?}: {error}"));
-    assert_eq!(read.rows, 2, "{text:?}");
+    assert_eq!(read.rows.readings().len(), 2, "{text:?}");
     for (sample, mean) in [(0, [0.25, 0.5, 0.75]), (1, [1.0, 2.0, 3.0])] {
-        assert_eq!(read.samples[sample].mean(), Some(mean), "{text:?}");
+        assert_eq!(read.samples[sample].brdf.mean(), Some(mean), "{text:?}");
     }
 }
 
@@ -96,7 +96,7 @@ fn reads_flags() {
     ] {
         let read =
             read_brdf(&format!("index,value,saturated\n0,1,{flag}\n")).expect("the file is read");
-        assert_eq!(read.samples[0].saturated(), expected, "{flag}");
+        assert_eq!(read.samples[0].brdf.saturated(), expected, "{flag}");
     }
 }
 

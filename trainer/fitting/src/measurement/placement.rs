@@ -1,28 +1,30 @@
-//! The samples of a pattern to which rows of readings belong.
+//! The samples to which rows of readings belong: those of a pattern, or their own directions.
 
+use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-use glimpse_core::geometry::{Angles, Directions};
+use glimpse_core::geometry::Angles;
 use glimpse_materials::basis::angles_to_f64;
 
-use super::angles::to_directions;
+use super::angles::above_horizon;
 use super::matching::{AngularDistance, IsotropicAngles};
-use super::reading_row::ReadingRow;
-use super::rows::Rows;
+use super::rows::{LabReading, Rows};
 use super::table::TableError;
 
 /// The largest distance of a row from its sample, in degrees: a typical error of a lab's arms.
 const TOLERANCE_DEGREES: f64 = 0.5;
 const TOLERANCE: f64 = TOLERANCE_DEGREES.to_radians();
 
-/// A row and its sample in the pattern.
-pub(super) struct MatchedRow<'r> {
-    pub(super) row: &'r ReadingRow,
-    pub(super) sample: usize,
-    /// The row's own directions, or else those of the sample.
-    pub(super) directions: Directions<f32>,
-    /// The distance of the row's directions from the sample's; None if the row has only an index.
-    pub(super) distance: Option<AngularDistance>,
+/// The samples of all rows.
+pub(super) struct Placement {
+    /// The directions of the samples, in radians.
+    pub(super) directions: Vec<Angles<f32>>,
+    /// The standard deviation of the mean reading's noise at each of a row's own directions, relative to the reading.
+    pub(super) noise: Vec<f32>,
+    /// The index of each row's sample.
+    pub(super) of_rows: Vec<usize>,
+    /// The largest distance of a row's directions from its sample's; None if no row has directions of a pattern.
+    pub(super) max_distance: Option<AngularDistance>,
 }
 
 /// A likely cause of rows that match no sample: the correction of the angles, and the text of an error.
@@ -54,30 +56,83 @@ impl Rows {
     /// The first row that matches no sample, with its distance and the likely cause.
     pub(super) fn match_to_pattern(
         &self,
-        pattern: &[Angles<f32>],
-    ) -> Result<Vec<MatchedRow<'_>>, TableError> {
-        let pattern: Vec<Angles<f64>> = pattern.iter().map(angles_to_f64).collect();
-        let samples: Vec<IsotropicAngles> = pattern
-            .iter()
-            .copied()
-            .map(IsotropicAngles::from_angles)
-            .collect();
-        let matched = self.rows.iter().map(|row| {
-            let (sample, distance) = self.find_sample(row, &samples)?;
-            Ok(MatchedRow {
-                row,
-                sample,
-                directions: to_directions(row.angles.unwrap_or(pattern[sample])),
-                distance,
-            })
-        });
-        matched.collect()
+        pattern: impl Iterator<Item = Angles<f32>>,
+    ) -> Result<Placement, TableError> {
+        let directions: Vec<Angles<f32>> = pattern.collect();
+        let angles = directions.iter().map(angles_to_f64);
+        let angles: Vec<IsotropicAngles> = angles.map(IsotropicAngles::from_angles).collect();
+        let mut of_rows = Vec::with_capacity(self.readings().len());
+        let mut max_distance: Option<AngularDistance> = None;
+        for row in self.readings() {
+            let (sample, distance) = self.find_sample(row, &angles)?;
+            of_rows.push(sample);
+            if let Some(distance) = distance
+                && max_distance.is_none_or(|max| distance.radians > max.radians)
+            {
+                max_distance = Some(distance);
+            }
+        }
+        Ok(Placement {
+            noise: vec![0.0; directions.len()],
+            directions,
+            of_rows,
+            max_distance,
+        })
+    }
+
+    /// Takes the different directions of the rows as samples, in their order.
+    ///
+    /// # Errors
+    /// The first row without directions, or with one that is not above the horizon.
+    pub(super) fn own_samples(&self) -> Result<Placement, TableError> {
+        let mut directions = Vec::new();
+        let mut known: HashMap<[u32; 3], usize> = HashMap::new();
+        let mut of_rows = Vec::with_capacity(self.readings().len());
+        // Sums of variances, and numbers of readings.
+        let mut noise: Vec<(f32, f32)> = Vec::new();
+        for row in self.readings() {
+            let error = |message| self.line_error(row.line, message);
+            let angles = row.angles.ok_or_else(|| {
+                error("it has an index, but this recipe has no pattern; give the directions")
+            })?;
+            let angles = above_horizon(angles).ok_or_else(|| {
+                error("a direction is not above the horizon; correct the row or remove it")
+            })?;
+            let bits = [angles.theta_h, angles.theta_d, angles.phi_d].map(f32::to_bits);
+            let sample = *known.entry(bits).or_insert(directions.len());
+            if sample == directions.len() {
+                directions.push(angles);
+                noise.push((0.0, 0.0));
+            }
+            noise[sample].0 += row.noise.unwrap_or_default().powi(2);
+            noise[sample].1 += 1.0;
+            of_rows.push(sample);
+        }
+        let noise = noise.iter().map(|(sum, count)| sum.sqrt() / count);
+        Ok(Placement {
+            noise: noise.collect(),
+            directions,
+            of_rows,
+            max_distance: None,
+        })
+    }
+
+    /// Refuses rows that state their noise, which only a recipe without a pattern takes into account.
+    pub(super) fn refuse_noise(&self) -> Result<(), TableError> {
+        match self.readings().iter().find(|row| row.noise.is_some()) {
+            None => Ok(()),
+            Some(row) => Err(self.line_error(
+                row.line,
+                "column noise: it has no effect with a recipe for its own directions; remove it, or fit with a recipe of \
+                 `--samples any`",
+            )),
+        }
     }
 
     /// Finds the sample of a row. Returns it with its distance, if the row has directions.
     fn find_sample(
         &self,
-        row: &ReadingRow,
+        row: &LabReading,
         samples: &[IsotropicAngles],
     ) -> Result<(usize, Option<AngularDistance>), TableError> {
         let count = samples.len();
@@ -128,13 +183,13 @@ impl Rows {
         );
         match self.cause(samples) {
             Some(cause) => {
-                let count = self.rows.len();
+                let count = self.readings().len();
                 let message = format!("{message}. All {count} rows match if {cause}");
                 Err(self.line_error(row.line, &message))
             }
             None if row.index.is_none() => Err(TableError::OffPattern {
                 path: self.path.clone(),
-                message: format!("{} {}, {message}", self.row_label, row.line),
+                message: self.at_line(row.line, &message),
             }),
             None => Err(self.line_error(
                 row.line,
@@ -148,11 +203,11 @@ impl Rows {
     /// Returns the text of the first cause that explains all rows.
     fn cause(&self, samples: &[IsotropicAngles]) -> Option<&'static str> {
         let is_cause = |(correct, _): &&Cause| {
-            let matches = |row: &ReadingRow, angles| {
+            let matches = |row: &LabReading, angles| {
                 nearest(row, correct(&IsotropicAngles::from_angles(angles)), samples)
                     .is_some_and(|(_, distance)| distance.radians <= TOLERANCE)
             };
-            let mut rows = self.rows.iter();
+            let mut rows = self.readings().iter();
             rows.all(|row| row.angles.is_none_or(|angles| matches(row, angles)))
         };
         let cause = CAUSES.iter().find(is_cause);
@@ -163,7 +218,7 @@ impl Rows {
 /// Returns the sample of a row with these angles and its distance: the sample of the row's index, or else the nearest one.
 /// None if the index is out of range.
 fn nearest(
-    row: &ReadingRow,
+    row: &LabReading,
     angles: IsotropicAngles,
     samples: &[IsotropicAngles],
 ) -> Option<(usize, AngularDistance)> {
@@ -195,15 +250,14 @@ mod tests {
     fn cause(rows: &[[f64; 4]], indexed: bool) -> Option<Option<&'static str>> {
         let radians = |row: &[f64; 4]| from_spherical(row.map(f64::to_radians));
         let samples = PATTERN.map(|row| IsotropicAngles::from_angles(radians(&row)));
-        let rows = rows.iter().enumerate().map(|(index, row)| ReadingRow {
+        let rows = rows.iter().enumerate().map(|(index, row)| LabReading {
             index: indexed.then_some(index),
             angles: Some(radians(row)),
-            ..ReadingRow::default()
+            ..LabReading::default()
         });
-        let mut all = Rows::from_readings(&[], &[]);
-        all.rows = rows.collect();
-        let mut each = all.rows.iter();
-        let any = each.any(|row| all.find_sample(row, &samples).is_err());
+        let all = Rows::from_array("rows", Vec::new(), rows.collect());
+        let mut readings = all.readings().iter();
+        let any = readings.any(|row| all.find_sample(row, &samples).is_err());
         any.then(|| all.cause(&samples))
     }
 

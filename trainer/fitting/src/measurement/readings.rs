@@ -1,0 +1,227 @@
+//! The readings of a recipe's samples, and their state in a fit.
+
+use glimpse_core::geometry::Angles;
+use glimpse_core::gonio::Repeated;
+use glimpse_materials::basis::angles_to_f64;
+use glimpse_training::linear::{CoefficientPrior, LeftOut, PosteriorReading};
+use serde::Serialize;
+
+use super::angles::to_directions;
+use super::matching::AngularDistance;
+use super::quantity::{Conversion, ReadingQuantity};
+use super::recipe::NamedRecipe;
+use super::rows::Rows;
+use super::table::TableError;
+
+/// The status of a sample's reading in a fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ReadingStatus {
+    /// The fit uses the reading.
+    Used,
+    /// The sample has no reading.
+    Missing,
+    /// The fit does not use the reading, because it is saturated.
+    Saturated,
+    /// The fit does not use the reading, because it is an outlier.
+    Outlier,
+}
+
+impl ReadingStatus {
+    /// Returns the name in files, reports and Python.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Used => "used",
+            Self::Missing => "missing",
+            Self::Saturated => "saturated",
+            Self::Outlier => "outlier",
+        }
+    }
+}
+
+/// The reading of a sample.
+#[derive(Clone, Debug)]
+pub struct SampleReading {
+    /// The directions of the sample, in radians.
+    pub angles: Angles<f32>,
+    /// The BRDFs of its rows, linear RGB, sr^-1; empty if the sample is missing.
+    pub brdf: Repeated,
+    /// The mean BRDF in each band, sr^-1; empty without bands, or if the sample is missing.
+    pub bands: Vec<f32>,
+    /// The standard deviation of the mean reading's noise, relative to the reading.
+    pub noise: f32,
+    /// The status. Before the selection of a fit, it is used or missing.
+    pub status: ReadingStatus,
+    /// The prediction from the other readings; None before the selection, and without a known reading. For an outlier,
+    /// it is the prediction just before its removal. For any other reading, it is that after the removal of all outliers.
+    pub prediction: Option<LeftOut>,
+}
+
+impl SampleReading {
+    /// Creates a sample without a reading.
+    #[must_use]
+    pub fn new(angles: Angles<f32>) -> Self {
+        Self {
+            angles,
+            brdf: Repeated::new(),
+            bands: Vec::new(),
+            noise: 0.0,
+            status: ReadingStatus::Missing,
+            prediction: None,
+        }
+    }
+
+    /// Returns the mean BRDF, if the fit uses the reading.
+    #[must_use]
+    pub fn used(&self) -> Option<[f32; 3]> {
+        let mean = self.brdf.mean();
+        mean.filter(|_| self.status == ReadingStatus::Used)
+    }
+
+    /// Returns the coefficient of variation of repeated readings: the sum of the channels' standard deviations divided by
+    /// the sum of their means. None if there are fewer than two readings or the sum of the means is not above 0.
+    #[must_use]
+    pub fn coefficient_of_variation(&self) -> Option<f32> {
+        let (mean, variance) = (self.brdf.mean()?, self.brdf.variance()?);
+        let mean: f32 = mean.iter().sum();
+        let deviation: f32 = variance.iter().map(|variance| variance.sqrt()).sum();
+        (mean > 0.0).then(|| deviation / mean)
+    }
+
+    /// Returns the reading for the posterior of a prior; None if it is missing.
+    pub(super) fn for_posterior(&self, prior: &CoefficientPrior) -> Option<PosteriorReading> {
+        Some(PosteriorReading {
+            angles: self.angles,
+            brdf: self.brdf.mean()?,
+            scale: prior.scale(self.noise),
+        })
+    }
+}
+
+/// The readings of each sample of the recipe that fits them.
+#[derive(Clone, Debug)]
+pub struct Readings {
+    /// The recipe: a given one at its own directions, or one without a pattern at those of the readings.
+    pub recipe: NamedRecipe,
+    /// The reason that the given recipe does not fit the readings.
+    pub off_pattern: Option<String>,
+    /// The samples.
+    pub samples: Vec<SampleReading>,
+    /// The rows, of which each has a reading.
+    pub rows: Rows,
+    /// The quantity of their numbers.
+    pub quantity: ReadingQuantity,
+    /// The largest distance of a row's directions from its sample's; None if no row has directions of a pattern.
+    pub max_distance: Option<AngularDistance>,
+}
+
+impl Readings {
+    /// Takes the readings of a recipe's samples. Rows may be in any order, and samples may be missing or repeated.
+    ///
+    /// With a pattern, a row with an index belongs to the sample of that index, and any other row to the nearest sample,
+    /// which must be within 0.5 degrees. If rows are at other directions, the bundled recipe of the same model without a
+    /// pattern takes its place. Without a pattern, each different pair of directions is a sample.
+    ///
+    /// # Errors
+    /// If rows are of another quantity, have directions whose likely cause is another convention, or are not valid
+    /// readings; if all rows are empty.
+    pub fn new(
+        given: &NamedRecipe,
+        rows: Rows,
+        quantity: ReadingQuantity,
+    ) -> Result<Self, TableError> {
+        rows.check_quantity(quantity.name())?;
+        if rows.readings().is_empty() {
+            return Err(
+                rows.file_error("all of its rows are empty; give a file with readings".to_owned())
+            );
+        }
+        let mut off_pattern = None;
+        let mut placement = None;
+        if !given.is_any() {
+            rows.refuse_noise()?;
+            match rows.match_to_pattern(given.file.recipe().pattern()) {
+                Ok(matched) => placement = Some(matched),
+                Err(TableError::OffPattern { message, .. }) => off_pattern = Some(message),
+                Err(error) => return Err(error),
+            }
+        }
+        let is_any = placement.is_none();
+        let placement = placement.map_or_else(|| rows.own_samples(), Ok)?;
+        let recipe = if is_any {
+            let recipe = given
+                .continuing()
+                .at(&placement.directions, &placement.noise);
+            recipe.map_err(|defect| rows.file_error(defect.to_string()))?
+        } else {
+            given.clone()
+        };
+        let conversion = Conversion::new(&rows, &quantity, &placement.directions)?;
+        let samples = placement.directions.iter().zip(placement.noise);
+        let samples = samples.map(|(angles, noise)| SampleReading {
+            noise,
+            ..SampleReading::new(*angles)
+        });
+        let mut samples: Vec<SampleReading> = samples.collect();
+        for (row, index) in rows.readings().iter().zip(&placement.of_rows) {
+            let sample = &mut samples[*index];
+            let at = to_directions(row.angles.unwrap_or(angles_to_f64(&sample.angles)));
+            let bands = conversion.bands_to_brdf(row, *index, &at)?;
+            sample.bands.resize(bands.len(), 0.0);
+            for (sum, band) in sample.bands.iter_mut().zip(bands) {
+                *sum += band;
+            }
+            let reading = conversion.to_brdf(row, *index, &at, rows.rgb(row))?;
+            reading
+                .check(u16::try_from(*index).unwrap_or(u16::MAX))
+                .and_then(|()| sample.brdf.add(reading.brdf, reading.saturated))
+                .map_err(|error| rows.reading_error(row, error))?;
+            sample.status = ReadingStatus::Used;
+        }
+        for sample in &mut samples {
+            let count = sample.brdf.count() as f32;
+            sample.bands.iter_mut().for_each(|sum| *sum /= count);
+        }
+        Ok(Self {
+            recipe,
+            off_pattern,
+            samples,
+            max_distance: placement.max_distance,
+            rows,
+            quantity,
+        })
+    }
+
+    /// Returns the directions of all samples.
+    #[must_use]
+    pub fn pattern(&self) -> Vec<Angles<f32>> {
+        self.samples.iter().map(|sample| sample.angles).collect()
+    }
+
+    /// Returns the samples with this status.
+    #[must_use]
+    pub fn with_status(&self, status: ReadingStatus) -> Vec<usize> {
+        let all = self.samples.iter().enumerate();
+        let matching = all.filter(|(_, sample)| sample.status == status);
+        matching.map(|(index, _)| index).collect()
+    }
+}
+
+/// Returns the indices of the samples with known readings: those of saturated ones are unknown, unless all are saturated.
+pub(super) fn known_readings(samples: &[SampleReading]) -> Vec<usize> {
+    let with_reading = |saturated: bool| -> Vec<usize> {
+        let is_known = |sample: &SampleReading| {
+            sample.brdf.count() > 0 && (saturated || !sample.brdf.saturated())
+        };
+        (0..samples.len())
+            .filter(|index| is_known(&samples[*index]))
+            .collect()
+    };
+    let unsaturated = with_reading(false);
+    if unsaturated.is_empty() {
+        with_reading(true)
+    } else {
+        unsaturated
+    }
+}

@@ -1,0 +1,143 @@
+//! A recipe with its basis: bundled, from a file, or made for given directions.
+
+use std::path::Path;
+use std::sync::{Arc, LazyLock};
+
+use glimpse_core::geometry::Angles;
+use glimpse_core::model::ModelKind;
+use glimpse_materials::basis::Basis;
+use glimpse_training::linear::CoefficientPrior;
+use glimpse_training::recipe::{RecipeDefect, RecipeFile, RecipeFileError};
+
+use crate::bundled::{self, BundledRecipe};
+
+/// The reason that a bundled recipe can be parsed.
+const TESTED: &str = "a test parses all bundled recipes";
+
+/// The basis of the bundled recipes without a pattern.
+static ANY_BASIS: LazyLock<Arc<Basis>> =
+    LazyLock::new(|| Arc::new(Basis::from_compact_bytes(bundled::ANY_BASIS).expect(TESTED)));
+
+/// The prior of the bundled recipe `linear-any`.
+static LINEAR_PRIOR: LazyLock<CoefficientPrior> =
+    LazyLock::new(|| NamedRecipe::any(ModelKind::Linear).prior);
+
+/// A recipe with its basis.
+#[derive(Clone, Debug)]
+pub struct NamedRecipe {
+    /// The file's name, or that of a bundled recipe.
+    pub name: String,
+    /// The recipe.
+    pub file: Arc<RecipeFile>,
+    /// The basis of the model Linear, and of recipes without a pattern.
+    pub basis: Option<Arc<Basis>>,
+    /// The prior of the coefficients, for predictions: its own, or else that of `linear-any`.
+    pub prior: CoefficientPrior,
+}
+
+impl NamedRecipe {
+    /// Combines a recipe with its basis.
+    #[must_use]
+    pub fn new(name: String, file: Arc<RecipeFile>, basis: Option<Arc<Basis>>) -> Self {
+        let own = |basis: &Arc<Basis>| CoefficientPrior::new(&file.recipe(), basis.clone());
+        Self {
+            prior: basis
+                .as_ref()
+                .and_then(own)
+                .unwrap_or_else(|| LINEAR_PRIOR.clone()),
+            name,
+            file,
+            basis,
+        }
+    }
+
+    /// Parses a bundled recipe.
+    #[must_use]
+    pub fn bundled(bundled: &BundledRecipe) -> Self {
+        let file = RecipeFile::new(bundled.bytes.to_vec()).expect(TESTED);
+        let basis = match file.recipe().samples() {
+            0 => Some(ANY_BASIS.clone()),
+            _ => bundled
+                .basis()
+                .map(|bytes| Arc::new(Basis::from_compact_bytes(bytes).expect(TESTED))),
+        };
+        Self::new(bundled.name.to_owned(), Arc::new(file), basis)
+    }
+
+    /// Returns the bundled recipe of a model for readings at any directions.
+    #[must_use]
+    pub fn any(model: ModelKind) -> Self {
+        let name = format!("{}-any", model.name());
+        Self::bundled(bundled::find(&name).expect("each model has such a recipe"))
+    }
+
+    /// Reads a recipe's file, and its basis next to it. Without such a file, the name of a bundled recipe is accepted.
+    ///
+    /// # Errors
+    /// If a file is missing or damaged.
+    pub fn read(path: &Path) -> Result<Self, RecipeFileError> {
+        if let Some(bundled) = bundled_without_file(path) {
+            return Ok(Self::bundled(bundled));
+        }
+        let (file, basis) = RecipeFile::read_with_basis(path)?;
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        Ok(Self::new(
+            name.into_owned(),
+            Arc::new(file),
+            basis.map(Arc::new),
+        ))
+    }
+
+    /// Reads a recipe's file without its basis, or takes the name of a bundled recipe.
+    ///
+    /// # Errors
+    /// If the file is missing or damaged.
+    pub fn read_file(path: &Path) -> Result<Arc<RecipeFile>, RecipeFileError> {
+        match bundled_without_file(path) {
+            Some(bundled) => Ok(Self::bundled(bundled).file),
+            None => RecipeFile::read(path).map(Arc::new),
+        }
+    }
+
+    /// Returns true if readings may be at any directions.
+    #[must_use]
+    pub fn is_any(&self) -> bool {
+        self.file.recipe().samples() == 0
+    }
+
+    /// Returns the recipe for readings at any directions that continues after this recipe's samples: this one, or the
+    /// bundled one of its model.
+    #[must_use]
+    pub fn continuing(&self) -> Self {
+        if self.is_any() {
+            self.clone()
+        } else {
+            Self::any(self.file.recipe().model())
+        }
+    }
+
+    /// Returns the recipe of directions, which this one without a pattern fits. `deviations` are the standard deviations of
+    /// the readings there, relative to each reading; empty without noise.
+    ///
+    /// # Errors
+    /// If this recipe has a pattern, there are too many directions, or one is below the horizon.
+    pub fn at(&self, directions: &[Angles<f32>], deviations: &[f32]) -> Result<Self, RecipeDefect> {
+        let basis = self.basis.clone().ok_or(RecipeDefect::NotAny)?;
+        let scales = deviations.iter();
+        let scales: Vec<f32> = scales.map(|noise| self.prior.scale(*noise)).collect();
+        let file = self.file.at_directions(&basis, directions, &scales)?;
+        let needs_basis = file.recipe().basis_checksum().is_some();
+        Ok(Self {
+            name: self.name.clone(),
+            file: Arc::new(file),
+            basis: needs_basis.then_some(basis),
+            prior: self.prior.clone(),
+        })
+    }
+}
+
+/// Returns the bundled recipe of a name, unless there is such a file.
+fn bundled_without_file(path: &Path) -> Option<&'static BundledRecipe> {
+    let bundled = path.to_str().and_then(bundled::find);
+    bundled.filter(|_| !path.exists())
+}

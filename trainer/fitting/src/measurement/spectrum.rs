@@ -1,0 +1,147 @@
+//! The spectrum of a fit: the colors of readings and fit in bands.
+
+use std::f64::consts::PI;
+
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_materials::{Illuminant, Lab, Material, Observer, Viewing, ciede2000, weighted_sums};
+use serde::Serialize;
+
+use super::fit::Fit;
+
+/// The illuminants by name, on the command line and in reports.
+pub const ILLUMINANTS: [(&str, Illuminant); 4] = [
+    ("d65", Illuminant::D65),
+    ("d50", Illuminant::D50),
+    ("a", Illuminant::A),
+    ("e", Illuminant::E),
+];
+/// The observers by the angle of their field in degrees, on the command line and in reports.
+pub const OBSERVERS: [(&str, Observer); 2] = [("2", Observer::Cie1931), ("10", Observer::Cie1964)];
+
+/// The colors of readings in bands and of their fit, in CIELAB.
+#[derive(Clone, Debug, Serialize)]
+pub struct SpectrumReport {
+    /// The name of the illuminant.
+    pub illuminant: &'static str,
+    /// The name of the observer.
+    pub observer: &'static str,
+    /// The wavelengths of the bands in nm.
+    pub wavelengths: Vec<f32>,
+    /// The used readings.
+    pub readings: Vec<SpectrumReading>,
+}
+
+/// A used reading, and the fit there.
+#[derive(Clone, Debug, Serialize)]
+pub struct SpectrumReading {
+    /// The index of the sample.
+    pub sample: usize,
+    /// Its directions, in radians.
+    #[serde(skip)]
+    pub angles: Angles<f32>,
+    /// The sensor's angle from the mirror direction, degrees; positive toward the light.
+    pub aspecular: f32,
+    /// The color of the reading: L\*, a\* and b\*.
+    pub lab: [f64; 3],
+    /// The color of the fit.
+    pub fitted_lab: [f64; 3],
+    /// The difference of both, CIEDE2000.
+    pub delta_e: f64,
+    /// The BRDF of the reading and of the fit in each band, sr^-1.
+    #[serde(skip)]
+    pub spectra: [Vec<f32>; 2],
+}
+
+impl SpectrumReport {
+    /// Returns the report of a fit; None without bands.
+    pub(super) fn new(fit: &Fit, viewing: Viewing) -> Option<Self> {
+        let bands = fit.material.spectrum()?;
+        let weights = viewing.xyz_weights(bands.wavelengths());
+        let lab = |spectrum: &[f32]| {
+            // The reflectance factor.
+            let factors = spectrum.iter().map(|value| PI * f64::from(*value));
+            Lab::from_relative_xyz(weighted_sums(factors, &weights))
+        };
+        let samples = fit.selection.readings.samples.iter().enumerate();
+        let used = samples.filter(|(_, reading)| reading.used().is_some());
+        let readings = used.map(|(sample, reading)| {
+            let at = HalfDifference::from_angles(reading.angles);
+            let spectra = [reading.bands.clone(), bands.evaluate(&[at]).swap_remove(0)];
+            let [one, other] = spectra.each_ref().map(|spectrum| lab(spectrum));
+            SpectrumReading {
+                sample,
+                angles: reading.angles,
+                aspecular: aspecular(&at),
+                lab: [one.l, one.a, one.b],
+                fitted_lab: [other.l, other.a, other.b],
+                delta_e: ciede2000(one, other),
+                spectra,
+            }
+        });
+        Some(Self {
+            illuminant: name_of(&ILLUMINANTS, viewing.illuminant),
+            observer: name_of(&OBSERVERS, viewing.observer),
+            wavelengths: bands.wavelengths().to_vec(),
+            readings: readings.collect(),
+        })
+    }
+
+    /// Returns bands.csv, with a row for each reading. It can be fitted again.
+    pub(super) fn to_csv(&self) -> String {
+        let numbers = |values: &[f64]| {
+            let values = values.iter().map(|value| format!("{value:.3}"));
+            values.collect::<Vec<_>>().join(",")
+        };
+        let names = |prefix: &str| -> String {
+            let names = self.wavelengths.iter().map(|nm| format!(",{prefix}{nm}"));
+            names.collect()
+        };
+        let mut csv = format!(
+            "theta_h,theta_d,phi_d,quantity,aspecular,L*,a*,b*,fitted_L*,fitted_a*,fitted_b*,delta_e{}{}\n",
+            names(""),
+            names("fitted_")
+        );
+        for reading in &self.readings {
+            let Angles {
+                theta_h,
+                theta_d,
+                phi_d,
+            } = reading.angles;
+            let degrees =
+                [theta_h, theta_d, phi_d].map(|angle| format!("{:.5}", angle.to_degrees()));
+            let spectra = reading.spectra.iter().flatten();
+            csv += &format!(
+                "{},brdf,{:.2},{},{},{:.3}{}\n",
+                degrees.join(","),
+                reading.aspecular,
+                numbers(&reading.lab),
+                numbers(&reading.fitted_lab),
+                reading.delta_e,
+                spectra.map(|value| format!(",{value}")).collect::<String>(),
+            );
+        }
+        csv
+    }
+}
+
+fn name_of<T: PartialEq>(names: &[(&'static str, T)], value: T) -> &'static str {
+    let named = names.iter().find(|(_, other)| *other == value);
+    named.map_or("unknown", |(name, _)| name)
+}
+
+/// Returns the sensor's angle from the mirror direction in degrees, negative if it is further from the light.
+fn aspecular(at: &HalfDifference<f32>) -> f32 {
+    let pair = at.directions();
+    let [x, y, z] = pair.incoming;
+    let mirror = [-x, -y, z];
+    let dot = |a: [f32; 3], b: [f32; 3]| -> f32 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+    let angle = dot(mirror, pair.outgoing)
+        .clamp(-1.0, 1.0)
+        .acos()
+        .to_degrees();
+    if dot(pair.incoming, pair.outgoing) < dot(pair.incoming, mirror) {
+        -angle
+    } else {
+        angle
+    }
+}

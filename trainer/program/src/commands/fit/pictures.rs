@@ -1,0 +1,92 @@
+//! Pictures of a fit: a sphere, lobes, and the spectra of bands.
+
+use std::path::Path;
+
+use crate::report::{
+    Axis, Lobe, Marker, Plot, Scale, Series, SeriesColor, lobe, lobe_directions, lobe_svg,
+    luminance,
+};
+use glimpse_evaluation::evaluation::SPHERE_SIZE;
+use glimpse_evaluation::render::render_sphere;
+use glimpse_fitting::measurement::{Fit, MaterialFiles, Report, SpectrumReading, SpectrumReport};
+use glimpse_materials::{Material, angles_of};
+
+/// Polar angles of the light in the plot of lobes, degrees.
+const LOBE_THETA_I: [f32; 3] = [15.0, 45.0, 75.0];
+
+/// The colors of the plot of spectra; it has at most as many readings.
+const COLORS: [SeriesColor; 7] = [
+    SeriesColor::Blue,
+    SeriesColor::Vermillion,
+    SeriesColor::Green,
+    SeriesColor::Purple,
+    SeriesColor::Sky,
+    SeriesColor::Orange,
+    SeriesColor::Black,
+];
+
+/// Returns sphere.png, lobe.svg and, with bands, bands.svg.
+pub(super) fn pictures(fit: &Fit, report: &Report, folder: &Path) -> anyhow::Result<MaterialFiles> {
+    let sphere = render_sphere(&fit.material as &dyn Material, SPHERE_SIZE);
+    let mut files = vec![
+        (folder.join("sphere.png"), sphere.tone_map().to_png()?),
+        (folder.join("lobe.svg"), lobes(fit).into_bytes()),
+    ];
+    if let Some(spectrum) = &report.spectrum {
+        files.push((folder.join("bands.svg"), spectra(spectrum).into_bytes()));
+    }
+    Ok(files)
+}
+
+fn lobes(fit: &Fit) -> String {
+    let material = &fit.material;
+    let lobes = LOBE_THETA_I.map(|degrees| {
+        let theta_i = degrees.to_radians();
+        let (_, directions) = lobe_directions(theta_i);
+        let angles = directions.iter().map(angles_of).collect();
+        let posterior = &fit.selection.posterior;
+        let deviations = posterior.deviations(material.fitted(), angles);
+        Lobe {
+            name: format!("{}, light at {degrees}\u{b0}", material.name()),
+            theta_i,
+            curve: lobe(material as &dyn Material, theta_i),
+            dashed: None,
+            deviations: deviations.into_iter().map(luminance).collect(),
+        }
+    });
+    lobe_svg(&lobes)
+}
+
+/// Plots the spectra of readings over the whole range of aspecular angles, and of the fit there.
+fn spectra(report: &SpectrumReport) -> String {
+    let mut order: Vec<&SpectrumReading> = report.readings.iter().collect();
+    order.sort_by(|one, other| one.aspecular.total_cmp(&other.aspecular));
+    let count = order.len().min(COLORS.len());
+    let shown = (0..count).map(|index| order[index * (order.len() - 1) / (count - 1).max(1)]);
+    let series = shown.zip(COLORS).flat_map(|(reading, color)| {
+        let kinds = [("reading", Marker::Ring), ("fit", Marker::Disc)];
+        let spectra = kinds.into_iter().zip(&reading.spectra);
+        spectra.map(move |((kind, marker), spectrum)| {
+            let points = report.wavelengths.iter().zip(spectrum);
+            Series {
+                name: format!("{:.0}\u{b0}: {kind}", reading.aspecular),
+                color,
+                marker,
+                points: points
+                    .map(|(nm, value)| [*nm, *value].map(f64::from))
+                    .collect(),
+            }
+        })
+    });
+    let axis = |title: &str, scale| Axis {
+        title: title.into(),
+        scale,
+    };
+    let plot = Plot {
+        title: "Spectra, by the angle from the mirror direction".into(),
+        x: axis("wavelength, nm", Scale::Interval),
+        y: axis("BRDF, sr\u{207b}\u{b9}", Scale::Log10),
+        series: series.collect(),
+    };
+    plot.to_svg()
+}

@@ -1,0 +1,63 @@
+//! Readings at any directions, and recipes that cannot be made for them.
+
+use std::f64::consts::FRAC_PI_2;
+
+use glimpse_core::geometry::Angles;
+use glimpse_core::gonio::Quantity;
+use glimpse_core::model::ModelKind;
+use glimpse_fitting::measurement::{
+    AngleArgs, Fit, FitFailure, LabReading, NamedRecipe, ReadingQuantity, Readings, Rows,
+};
+use glimpse_training::recipe::RecipeDefect;
+
+use super::{error_message, pattern, recipe, rows};
+use crate::common::assert_names;
+
+#[test]
+fn recipe_at_directions_names_its_defect() {
+    let any = NamedRecipe::any(ModelKind::Neural);
+    let with_pattern = any.at(&pattern(), &[]).expect("valid directions");
+    let many = vec![pattern()[0]; 4097];
+    let defect = |recipe: &NamedRecipe, directions: &[Angles<f32>]| {
+        recipe.at(directions, &[]).expect_err("a defect")
+    };
+    assert_eq!(defect(&with_pattern, &pattern()), RecipeDefect::NotAny);
+    assert_eq!(defect(&any, &many), RecipeDefect::TooManyDirections(4097));
+    let below = Angles {
+        theta_h: 1.5,
+        theta_d: 1.5,
+        phi_d: 0.0,
+    };
+    assert!(matches!(defect(&any, &[below]), RecipeDefect::Recipe(_)));
+}
+
+#[test]
+fn million_directions_are_refused_at_once() {
+    let reading = |line: u32| LabReading {
+        line: line.into(),
+        angles: Some(Angles {
+            theta_h: FRAC_PI_2 / 2.0 * f64::from(line) / 1e6,
+            theta_d: 0.1,
+            phi_d: 0.0,
+        }),
+        numbers: vec![0.1; 3],
+        ..LabReading::default()
+    };
+    let rows = Rows::from_array("a.csv", Vec::new(), (0..1_000_000).map(reading).collect());
+    let any = NamedRecipe::any(ModelKind::Linear);
+    let refused = Readings::new(&any, rows, ReadingQuantity::of(Quantity::Brdf));
+    assert_names(&error_message(refused), &["4096"]);
+}
+
+#[test]
+fn bands_are_refused_before_the_fit() {
+    let file = recipe("paper/cook-torrance-n8.recipe");
+    let given = NamedRecipe::new("cook-torrance-n8".to_owned(), file.into(), None);
+    // Another error would end the fit.
+    let rows =
+        rows("index,400nm,500nm\n0,0.1,0.2\n", &AngleArgs::default()).expect("the file is read");
+    let quantity = ReadingQuantity::of(Quantity::Brdf);
+    let readings = Readings::new(&given, rows, quantity).expect("valid readings");
+    let failure = Fit::new(readings, "a".to_owned(), false).expect_err("a failure");
+    assert_eq!(failure, FitFailure::Bands(ModelKind::CookTorrance));
+}
