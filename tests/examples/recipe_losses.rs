@@ -8,15 +8,13 @@ use std::env;
 use std::error::Error;
 use std::ops::ControlFlow;
 
-use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::{Evaluator, Method};
 use glimpse_fitting::bundled;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{Source, Sources};
-use glimpse_training::meta::options::{CompletionOptions, Options};
-use glimpse_training::meta::plan::{Effort, Schedule};
+use glimpse_training::meta::options::{Effort, TrainingOptions};
 use glimpse_training::meta::run::train;
 use glimpse_training::recipe::Metadata;
 
@@ -67,19 +65,21 @@ fn cross_validated(recipe: &Recipe<'_>, rgl: &str) -> Result<f32, Box<dyn Error>
     let lists = sources.as_slice().iter().map(Source::load);
     let (materials, source_shares) = sources.join(lists.collect::<Result<_, _>>()?)?;
     let metadata = Metadata::of(recipe)?;
-    let (model, samples) = (recipe.model(), recipe.samples());
-    let options = Options {
-        completion_options: CompletionOptions {
-            missing: if recipe.tolerates_missing() { 0.5 } else { 0.0 },
-            noise: 0.02,
-            limits: metadata.limits.unwrap_or(Limits::NONE),
-            scan: metadata.scan_budget,
-            ..CompletionOptions::for_samples(samples)
-        },
+    let trained = metadata
+        .options()
+        .ok_or("the recipe does not state its options")?;
+    let options = TrainingOptions {
+        effort: Effort::Quick,
+        seed: 0,
         source_shares,
-        ..Options::new(model, samples, Schedule::Prior, Effort::Quick, 0)
+        ..trained.clone()
     };
-    let learned = train(&options, materials, &mut |_| ControlFlow::Continue(()))?;
+    let learned = train(
+        &options,
+        materials,
+        None,
+        &mut |_| ControlFlow::Continue(()),
+    )?;
     let losses = learned
         .loss_predictor
         .map(|predictor| predictor.source_losses);

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 /// The kind of a model, in recipes and on the link. The numbers of the models that are fitted by descent are part of
 /// the recipe format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ModelKind {

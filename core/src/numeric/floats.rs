@@ -64,6 +64,9 @@ impl<'de: 'a, 'a> Deserialize<'de> for Floats<'a> {
 
 impl Serialize for Floats<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if serializer.is_human_readable() {
+            return serializer.collect_seq(self.iter());
+        }
         serializer.serialize_bytes(self.0)
     }
 }

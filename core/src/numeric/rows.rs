@@ -1,6 +1,6 @@
 //! Principal components at a list of directions, one row for each direction.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::{Floats, Real};
 
@@ -47,7 +47,7 @@ impl<S: Real> Rows<S> for Matrix<'_, S> {
 }
 
 /// Components at directions in a recipe: signed bytes with a scale for each component, or f32 without scales.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(bound(deserialize = "'de: 'a"))]
 pub struct PackedRows<'a> {
     /// The entries, row by row.
@@ -81,6 +81,21 @@ impl<'a> PackedRows<'a> {
             packed: self,
             components,
         }
+    }
+}
+
+/// In text formats, one list of the numbers that the fit uses, row by row.
+impl Serialize for PackedRows<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if !serializer.is_human_readable() {
+            return (self.entries, self.scales).serialize(serializer);
+        }
+        if self.scales.is_empty() {
+            return Floats::new(self.entries).serialize(serializer);
+        }
+        let scales = self.scales.iter().cycle();
+        let entries = self.entries.iter().zip(scales);
+        serializer.collect_seq(entries.map(|(byte, scale)| f32::from(byte.cast_signed()) * scale))
     }
 }
 

@@ -1,6 +1,6 @@
 //! The sections of a recipe: their order, their combinations, and the counts that their lists have to match.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::header;
 use crate::error::{Error, ErrorCode};
@@ -33,7 +33,7 @@ pub const METADATA: u16 = 129;
 const FIRST_OPTIONAL: u16 = 128;
 
 /// The sections of a recipe.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Contents<'a> {
     /// The directions to measure at.
     pub pattern: Option<Pattern<'a>>,
@@ -52,6 +52,7 @@ pub struct Contents<'a> {
     /// The predicted loss.
     pub prediction: Option<Prediction<'a>>,
     /// The trainer's bytes.
+    #[serde(skip)]
     pub metadata: &'a [u8],
 }
 

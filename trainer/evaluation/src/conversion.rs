@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use glimpse_core::model::{ModelKind, NeuralParameters};
 use glimpse_materials::loss::loss_between;
-use glimpse_materials::setting::{Setting, SettingError, SettingNames};
+use glimpse_materials::setting::Name;
 use glimpse_materials::{
     Brdf, Colors, Format, Material, NeuralBrdf, NotFinite, Physical, PhysicalErrors, Source,
     SourceError, pab_suffixes, to_merl, to_nbrdf, to_open_material, to_pab, to_rgl, to_ssdd,
@@ -39,13 +39,22 @@ pub enum ConversionError {
     #[error(transparent)]
     Source(#[from] SourceError),
     /// The ending of a path is that of another format than the requested one.
-    #[error("{}", self.message(Setting::name))]
+    #[error(
+        "{} has the ending of the format {}, but {setting} is another: change the ending, or remove {setting}",
+        .0.display(), .1.name(), setting = Name("format")
+    )]
     OtherEnding(PathBuf, OutputFormat),
     /// A format of parameters was requested as fitted, which it always is.
-    #[error("{}", self.message(Setting::name))]
+    #[error(
+        "{} has no effect on the format {}, which holds parameters: remove it",
+        Name("as_fitted"), .0.name()
+    )]
     AsFitted(OutputFormat),
     /// The ending of a path is not that of a format.
-    #[error("{}", self.message(Setting::name))]
+    #[error(
+        "{} does not have the ending of a format: use .binary, .bsdf, .ssdd, .xompt, _fc1.npy, .gltf or .mtlx, or give {}",
+        .0.display(), Name("format")
+    )]
     UnknownEnding(PathBuf),
     /// A path has no file name.
     #[error("{} has no file name; give DIR/NAME", .0.display())]
@@ -53,30 +62,6 @@ pub enum ConversionError {
     /// A path has the extension `.npy`, but not the suffix of one of a network's files.
     #[error("{} is not one of a network's six file names; give NAME_fc1.npy or NAME", .0.display())]
     NotNetworkFile(PathBuf),
-}
-
-impl SettingError for ConversionError {
-    fn message(&self, name: SettingNames) -> String {
-        let setting = name(Setting::Format);
-        match self {
-            Self::OtherEnding(path, format) => format!(
-                "{} has the ending of the format {}, but {setting} is another: change the ending, or remove {setting}",
-                path.display(),
-                format.name()
-            ),
-            Self::UnknownEnding(path) => format!(
-                "{} does not have the ending of a format: use .binary, .bsdf, .ssdd, .xompt, _fc1.npy, .gltf or .mtlx, or give \
-                 {setting}",
-                path.display()
-            ),
-            Self::AsFitted(format) => format!(
-                "{} has no effect on the format {}, which holds parameters: remove it",
-                name(Setting::AsFitted),
-                format.name()
-            ),
-            other => other.to_string(),
-        }
-    }
 }
 
 /// An output format of materials.

@@ -143,7 +143,7 @@ impl BundledRecipe {
 mod tests {
     use glimpse_core::fit::Estimator;
     use glimpse_core::model::linear;
-    use glimpse_training::meta::plan::Schedule;
+    use glimpse_training::meta::options::Schedule;
     use glimpse_training::recipe::Metadata;
 
     use super::*;
@@ -158,8 +158,8 @@ mod tests {
             let recipe = bundled.recipe().expect("the recipe is valid");
             let metadata = Metadata::of(&recipe).expect("the metadata are valid");
             let is_any = recipe.samples() == 0;
-            let suffix = match (metadata.scan_budget, recipe.tolerates_missing()) {
-                (Some(budget), true) => format!("-{}s", budget.seconds),
+            let suffix = match (metadata.scan_seconds(), recipe.tolerates_missing()) {
+                (Some(seconds), true) => format!("-{seconds}s"),
                 (None, true) => "-masked".to_owned(),
                 (None, false) => String::new(),
                 (Some(_), false) => panic!("{}: needs all readings", bundled.name),
@@ -190,10 +190,7 @@ mod tests {
         assert_eq!((recipe.model(), recipe.samples()), (ModelKind::Neural, 8));
         assert!(matches!(recipe.estimator(), Estimator::Sgd(_)));
         let metadata = Metadata::of(&recipe).expect("the metadata are valid");
-        assert!(
-            metadata
-                .training
-                .is_some_and(|each| each.schedule == Schedule::Paper)
-        );
+        let options = metadata.options().expect("stated options");
+        assert_eq!(options.schedule, Schedule::Paper);
     }
 }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use serde::{Deserialize, Serialize};
 
 use crate::error::SourceError;
-use crate::setting::{Setting, SettingError, SettingNames};
+use crate::setting::Name;
 use crate::{Material, Source};
 
 /// Sources of materials, and the share of training tasks that each gets.
@@ -73,9 +73,12 @@ pub type MaterialsAndShares = (Vec<Box<dyn Material>>, Vec<SourceShare>);
 
 /// Shares that do not fit the sources.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{}", self.message(Setting::name))]
 pub enum ShareError {
     /// The number of shares differs from that of sources.
+    #[error(
+        "the number of values of {share} is {shares}, and that of {materials} is {sources}; give one share for each source",
+        share = Name("share"), materials = Name("materials")
+    )]
     Count {
         /// The number of sources.
         sources: usize,
@@ -83,32 +86,17 @@ pub enum ShareError {
         shares: usize,
     },
     /// A share is not a positive finite number.
+    #[error(
+        "{share} contains {0}, and each share must be finite and above 0; give a positive number, or remove the source \
+         from {materials}", share = Name("share"), materials = Name("materials")
+    )]
     NotPositive(f32),
     /// There is a share, but a single source.
+    #[error(
+        "{share} has no effect with a single source: remove it, or give several {materials}",
+        share = Name("share"), materials = Name("materials")
+    )]
     Single,
-}
-
-impl SettingError for ShareError {
-    fn message(&self, name: SettingNames) -> String {
-        let [share, materials] = [Setting::Share, Setting::Materials].map(name);
-        match self {
-            Self::Count { sources, shares } => {
-                format!(
-                    "the number of values of {share} is {shares}, and that of {materials} is {sources}; give one share \
-                     for each source"
-                )
-            }
-            Self::NotPositive(value) => {
-                format!(
-                    "{share} contains {value}, and each share must be finite and above 0; give a positive number, or \
-                     remove the source from {materials}"
-                )
-            }
-            Self::Single => format!(
-                "{share} has no effect with a single source: remove it, or give several {materials}"
-            ),
-        }
-    }
 }
 
 impl Sources {

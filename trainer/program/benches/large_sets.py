@@ -35,7 +35,7 @@ def make_networks(trainer, folder, count):
 
 def train(trainer, name):
     command = [trainer, "train", "--model", "linear", "-n", "8", "--data", name, "--effort", "brief",
-               "--checkpoint-every", "1", "--out", f"{name}.recipe"]
+               "--out", f"{name}.recipe"]
     begin = time.time()
     process = subprocess.Popen([str(word) for word in command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     first_checkpoint, peak, anonymous_peak = None, 0, 0

@@ -17,6 +17,7 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
+use glimpse_materials::setting::set_name_style;
 
 /// Learn where to measure a BRDF and how to fit it, for a scanner's microcontroller.
 ///
@@ -85,6 +86,7 @@ enum Command {
 /// Runs the command line of this process.
 #[must_use]
 pub fn run() -> ExitCode {
+    set_name_style(commands::message::option);
     let mut parser = commands::numbers::with_negative_values(Cli::command());
     let matches = parser.get_matches_mut();
     let Cli { command, common } = match Cli::from_arg_matches(&matches) {

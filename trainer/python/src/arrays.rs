@@ -5,6 +5,7 @@ use glimpse_fitting::measurement::angles_from_vectors;
 use numpy::ndarray::{ArrayD, IxDyn};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
+use pyo3::types::IntoPyDict;
 use serde_json::Value;
 
 use crate::error::{GlimpseError, reject};
@@ -159,6 +160,21 @@ pub(crate) fn to_python<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let text = value.into().to_string();
     py.import("json")?.call_method1("loads", (text,))
+}
+
+/// Converts Python's numbers, text, lists and arrays to JSON.
+pub(crate) fn from_python(value: &Bound<'_, PyAny>) -> PyResult<Value> {
+    let py = value.py();
+    // NumPy's numbers and arrays have this method.
+    let to_list = py
+        .import("operator")?
+        .call_method1("methodcaller", ("tolist",))?;
+    let options = [("default", to_list)].into_py_dict(py)?;
+    let text = py
+        .import("json")?
+        .call_method("dumps", (value,), Some(&options))?;
+    let value = serde_json::from_str(&text.extract::<String>()?);
+    value.map_err(|error| GlimpseError::new_err(error.to_string()))
 }
 
 /// Returns an array with the given shape and entries.

@@ -1,16 +1,21 @@
 //! Arguments that are chosen by name.
 
 use clap::ValueEnum;
+use glimpse_training::choice::Choice;
 use pyo3::prelude::*;
 
 use crate::error::reject;
 
 /// Returns the choice with a name. For an unknown name, the error names `argument` and all choices.
-pub(crate) fn choose<T: Copy>(argument: &str, name: &str, choices: &[(&str, T)]) -> PyResult<T> {
-    if let Some((_, choice)) = choices.iter().find(|(each, _)| *each == name) {
+pub(crate) fn choose<T: Copy>(
+    argument: &str,
+    name: &str,
+    choices: &[(impl AsRef<str>, T)],
+) -> PyResult<T> {
+    if let Some((_, choice)) = choices.iter().find(|(choice, _)| choice.as_ref() == name) {
         return Ok(*choice);
     }
-    let names: Vec<&str> = choices.iter().map(|(each, _)| *each).collect();
+    let names: Vec<&str> = choices.iter().map(|(choice, _)| choice.as_ref()).collect();
     reject(format!(
         "{argument} is `{name}`, and must be one of {}",
         names.join(", ")
@@ -18,12 +23,8 @@ pub(crate) fn choose<T: Copy>(argument: &str, name: &str, choices: &[(&str, T)])
 }
 
 /// Returns the value with a name, as on the command line.
-pub(crate) fn choose_value<T: ValueEnum + Copy>(
-    argument: &str,
-    name: &str,
-    name_of: fn(T) -> &'static str,
-) -> PyResult<T> {
+pub(crate) fn choose_value<T: ValueEnum + Copy>(argument: &str, name: &str) -> PyResult<T> {
     let all = T::value_variants().iter();
-    let named: Vec<(&str, T)> = all.map(|value| (name_of(*value), *value)).collect();
+    let named: Vec<(String, T)> = all.map(|value| (value.name(), *value)).collect();
     choose(argument, name, &named)
 }

@@ -3,14 +3,7 @@
 use std::error::Error;
 use std::io;
 
-use glimpse_evaluation::conversion::ConversionError;
-use glimpse_evaluation::evaluation::EvaluationError;
-use glimpse_fitting::measurement::FitFailure;
-use glimpse_materials::setting::{Setting, SettingError};
-use glimpse_materials::{ShareError, SourceError};
-use glimpse_training::meta::options::OptionsError;
-use glimpse_training::meta::run::TrainError;
-use glimpse_training::route::PlanError;
+use glimpse_materials::SourceError;
 use pyo3::exceptions::{PyFileNotFoundError, PyPermissionError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
@@ -32,7 +25,7 @@ pyo3::create_exception!(
 /// that cannot be opened, and `GlimpseError` otherwise.
 pub(crate) fn to_exception(error: impl Error + 'static) -> PyErr {
     let error: &(dyn Error + 'static) = &error;
-    let text = message(error);
+    let text = error.to_string();
     if matches!(error.downcast_ref(), Some(SourceError::NotFound(_))) {
         return PyFileNotFoundError::new_err(text);
     }
@@ -46,36 +39,6 @@ pub(crate) fn to_exception(error: impl Error + 'static) -> PyErr {
         Some(io::ErrorKind::PermissionDenied) => PyPermissionError::new_err(text),
         _ => GlimpseError::new_err(text),
     }
-}
-
-/// Returns the message of an error. It refers to settings by the names of Python's parameters.
-fn message(error: &(dyn Error + 'static)) -> String {
-    fn with_parameters<E: SettingError + Error + 'static>(
-        error: &(dyn Error + 'static),
-    ) -> Option<String> {
-        Some(error.downcast_ref::<E>()?.message(parameter))
-    }
-    if let Some(TrainError::Options(error)) = error.downcast_ref() {
-        return error.message(parameter);
-    }
-    with_parameters::<EvaluationError>(error)
-        .or_else(|| with_parameters::<ShareError>(error))
-        .or_else(|| with_parameters::<FitFailure>(error))
-        .or_else(|| with_parameters::<OptionsError>(error))
-        .or_else(|| with_parameters::<PlanError>(error))
-        .or_else(|| with_parameters::<ConversionError>(error))
-        .unwrap_or_else(|| error.to_string())
-}
-
-/// Returns the name of the parameter for a setting.
-fn parameter(setting: Setting) -> String {
-    let unit = match setting {
-        Setting::MaxThetaI | Setting::MaxThetaO | Setting::MinSeparation => "_degrees",
-        Setting::Speed => "_degrees_per_second",
-        Setting::Settle => "_seconds",
-        _ => "",
-    };
-    setting.name() + unit
 }
 
 /// Any error of a computation without the GIL.

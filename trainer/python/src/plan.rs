@@ -1,5 +1,6 @@
 //! Plans of scans: the order in which a machine's arms visit a recipe's samples.
 
+use glimpse_training::choice::Choice;
 use glimpse_training::recipe::RecipeFile;
 use glimpse_training::route::{Axes, PlanArgs, Route, SpeedArgs, blank_sheet};
 use numpy::PyArrayDyn;
@@ -10,7 +11,7 @@ use crate::error::{reject, to_exception};
 use crate::interruptible::run_detached;
 
 /// Parses degrees per second: one number for all axes, or one for each.
-fn parse_speeds(speeds: &Bound<'_, PyAny>) -> PyResult<Axes> {
+pub(crate) fn parse_speeds(speeds: &Bound<'_, PyAny>) -> PyResult<Axes> {
     let speeds = numbers(speeds, "speed_degrees_per_second")?;
     let speeds: Vec<f64> = speeds.iter().copied().collect();
     match Axes::from_speeds(&speeds) {
@@ -71,7 +72,7 @@ impl PyPlan {
 impl PyPlan {
     /// The order of visits: "travel" or "progressive".
     #[getter]
-    fn order(&self) -> &'static str {
+    fn order(&self) -> String {
         self.route.order.name()
     }
 

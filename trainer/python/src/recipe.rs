@@ -5,11 +5,10 @@ use std::sync::Arc;
 
 use glimpse_core::numeric::Rows;
 use glimpse_core::recipe::Recipe;
-use glimpse_fitting::export::{expectation, training};
 use glimpse_fitting::measurement::{MachineArgs, NamedRecipe, Readings};
 use glimpse_materials::basis::Basis;
-use glimpse_training::recipe::{Metadata, RecipeFile};
-use glimpse_training::route::{LimitArgs, Order, PlanArgs, axes_from_angles};
+use glimpse_training::recipe::RecipeFile;
+use glimpse_training::route::{LimitArgs, PlanArgs, axes_from_angles};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
@@ -40,10 +39,6 @@ impl PyRecipe {
     /// The recipe, which borrows its bytes.
     pub(crate) fn recipe(&self) -> Recipe<'_> {
         self.0.file.recipe()
-    }
-
-    fn metadata(&self) -> &Metadata {
-        self.0.file.metadata()
     }
 
     /// Combines a recipe with the bytes of its basis, if it needs one.
@@ -177,72 +172,12 @@ impl PyRecipe {
         self.recipe().expected_loss()
     }
 
-    /// The expected loss and its validation materials: a dict of loss, standard_error (or None), materials (their
-    /// number), split (their role in training) and on (their description, or None); or None.
+    /// The metadata as `trainer inspect --json` prints them: a dict of expected_loss (the loss, its standard error, and the
+    /// materials that it was measured on), training (trainer, data, materials and options, by the names of the parameters
+    /// of `train`) and materials (names and digests of their BRDFs).
     #[getter]
-    fn expectation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, expectation(self.metadata()))
-    }
-
-    /// The limits of the machine that the recipe was trained for: a dict of max_theta_i_degrees, max_theta_o_degrees,
-    /// min_separation_degrees and in_plane; or None if it was trained without limits.
-    #[getter]
-    fn limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let degrees = |radians: f32| f64::from(radians).to_degrees();
-        let limits = self.metadata().limits.map(|limits| {
-            json!({
-                "max_theta_i_degrees": degrees(limits.max_theta_i),
-                "max_theta_o_degrees": degrees(limits.max_theta_o),
-                "min_separation_degrees": degrees(limits.min_separation),
-                "in_plane": limits.in_plane,
-            })
-        });
-        to_python(py, limits)
-    }
-
-    /// The noise that the recipe was trained for, or None: a dict of relative (the standard deviation relative to the
-    /// reading), additive_per_steradian (the standard deviation of the BRDF, sr^-1) and levels (the number of
-    /// quantization levels of the sensor, 0 for none).
-    #[getter]
-    fn noise<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let noise = self.metadata().noise.map(|noise| {
-            json!({
-                "relative": noise.multiplicative,
-                "additive_per_steradian": noise.additive,
-                "levels": noise.levels,
-            })
-        });
-        to_python(py, noise)
-    }
-
-    /// The time of a scan that the recipe was trained for: a dict of speeds_degrees_per_second (of the axes theta_i, phi_i,
-    /// theta_o, phi_o), settle_seconds and seconds; or None.
-    #[getter]
-    fn scan_time<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let budget = self.metadata().scan_budget.map(|budget| {
-            json!({
-                "speeds_degrees_per_second": budget.speeds.to_array(),
-                "settle_seconds": budget.settle,
-                "seconds": budget.seconds,
-            })
-        });
-        to_python(py, budget)
-    }
-
-    /// The training, or None: a dict of trainer (the program and its version), data, materials (their number), sources,
-    /// schedule, effort, parts (the trained parts of the recipe), options (other options, in words), seed and digest (of
-    /// all options, hexadecimal). Its entry `sources` is a list of dicts of label, origin, materials (their number) and
-    /// share (of training tasks).
-    #[getter]
-    fn training<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, self.metadata().training.as_ref().map(training))
-    }
-
-    /// The names of the training materials, or an empty list if the recipe does not list them.
-    #[getter]
-    fn trained_on(&self) -> Vec<String> {
-        let materials = self.metadata().materials.iter();
-        materials.map(|material| material.name.clone()).collect()
+    fn metadata<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, json!(self.0.file.metadata()))
     }
 
     /// Plans a scan as `trainer plan` does: the order of the samples, and the positions and times of a machine's arms.
@@ -277,9 +212,7 @@ impl PyRecipe {
         seed: u64,
     ) -> PyResult<PyPlan> {
         let request = PlanArgs {
-            order: order
-                .map(|name| choose_value("order", name, Order::name))
-                .transpose()?,
+            order: order.map(|name| choose_value("order", name)).transpose()?,
             speeds: speed_args(speed_degrees_per_second, settle_seconds)?,
             no_full_turns: !full_turns,
             limits: LimitArgs {

@@ -4,25 +4,24 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
 
+use glimpse_core::model::ModelKind;
 use glimpse_materials::MODELS;
 use glimpse_training::meta::checkpoint::Checkpoint;
-use glimpse_training::meta::options::Options;
-use glimpse_training::meta::outer::{self, CheckpointOptions};
-use glimpse_training::meta::plan::{Effort, Schedule};
-use glimpse_training::meta::request::TrainingArgs;
-use glimpse_training::meta::run::train as meta_train;
+use glimpse_training::meta::options::{Effort, Schedule, TrainingOptions};
+use glimpse_training::meta::outer::{self, Checkpoints};
+use glimpse_training::meta::run::{check, train as meta_train};
 use glimpse_training::recipe::{RecipeFile, pack_recipe};
-use glimpse_training::route::LimitArgs;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyBool;
+use pyo3::types::{PyBool, PyDict};
+use serde_json::json;
 
-use crate::arrays::Pairs;
-use crate::choices::{choose, choose_value};
+use crate::arrays::{Pairs, from_python};
+use crate::choices::choose;
 use crate::error::{Failure, GlimpseError, reject, reject_unused, to_exception};
 use crate::interruptible::run_interruptible;
-use crate::plan::speed_args;
+use crate::plan::parse_speeds;
 use crate::recipe::PyRecipe;
 use crate::sources::MaterialArgs;
 
@@ -62,13 +61,6 @@ impl From<outer::Progress> for PyProgress {
     }
 }
 
-/// The number of samples.
-#[derive(FromPyObject)]
-pub(crate) enum SampleCount {
-    Number(usize),
-    Text(String),
-}
-
 /// Trains a recipe as `trainer train` does; the same options give the same bytes.
 ///
 /// `model` is "phong", "cook-torrance", "linear" or "neural". `samples` is the number of readings n (default 8),
@@ -96,47 +88,24 @@ pub(crate) enum SampleCount {
 ///
 /// `progress` is called with a Progress at most 50 times per second and at the end. By default it draws a bar in a terminal
 /// or notebook; False draws none. If it raises an exception, training
-/// stops and `train` raises that exception. `checkpoint` is a folder in which the run is saved every
-/// `checkpoint_every_seconds` (default 10), and after Ctrl-C or an exception of `progress`. The same call with
+/// stops and `train` raises that exception. `checkpoint` is a folder in which the run is saved at least every 10 seconds,
+/// and after Ctrl-C or an exception of `progress`. The same call with
 /// `resume=True` continues the run and gives the same bytes. A finished run deletes its checkpoints, and the folder if
 /// it is then empty.
 #[pyfunction]
 #[pyo3(signature = (
-    model, materials = None, *, samples = None, schedule = "prior", effort = "standard", seed = 0, share = None,
-    missing = None, noise = None, additive = None, levels = None, procedural = None,
-    max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None, in_plane = false,
-    pattern = None, scan_seconds = None, speed_degrees_per_second = None, settle_seconds = None, bases = None, eta = None,
-    checkpoint = None, checkpoint_every_seconds = 10.0, resume = false, progress = None,
+    model, materials = None, *, pattern = None, checkpoint = None, resume = false, progress = None, **options
 ))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
 pub(crate) fn train(
     py: Python<'_>,
     model: &str,
     materials: Option<&Bound<'_, PyAny>>,
-    samples: Option<SampleCount>,
-    schedule: &str,
-    effort: &str,
-    seed: u64,
-    share: Option<Vec<f32>>,
-    missing: Option<f32>,
-    noise: Option<f32>,
-    additive: Option<f32>,
-    levels: Option<u32>,
-    procedural: Option<f32>,
-    max_theta_i_degrees: Option<f32>,
-    max_theta_o_degrees: Option<f32>,
-    min_separation_degrees: Option<f32>,
-    in_plane: bool,
     pattern: Option<&Bound<'_, PyAny>>,
-    scan_seconds: Option<f64>,
-    speed_degrees_per_second: Option<&Bound<'_, PyAny>>,
-    settle_seconds: Option<f64>,
-    bases: Option<usize>,
-    eta: Option<f32>,
     checkpoint: Option<PathBuf>,
-    checkpoint_every_seconds: f64,
     resume: bool,
     progress: Option<Py<PyAny>>,
+    options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyRecipe> {
     let progress = match progress {
         Some(progress) => {
@@ -147,55 +116,23 @@ pub(crate) fn train(
             .call_method0("bar")?
             .extract()?,
     };
-    let model = choose("model", model, &MODELS.map(|model| (model.name(), model)))?;
-    let schedule = choose_value("schedule", schedule, Schedule::name)?;
-    let args = TrainingArgs {
-        share: share.unwrap_or_default(),
-        missing,
-        noise,
-        additive,
-        levels,
-        procedural,
-        limits: LimitArgs {
-            max_theta_i: max_theta_i_degrees,
-            max_theta_o: max_theta_o_degrees,
-            min_separation: min_separation_degrees,
-            in_plane,
-        },
-        scan_seconds,
-        speeds: speed_args(speed_degrees_per_second, settle_seconds)?,
-        bases,
-        eta,
-    };
-    args.check_effect(&[model], schedule)
-        .map_err(to_exception)?;
     reject_unused(
         checkpoint.is_none(),
         "it requires checkpoint",
         &[("resume", resume)],
     )?;
-    let effort = choose_value("effort", effort, Effort::name)?;
-    let samples = match samples {
-        None => 8,
-        Some(SampleCount::Number(0)) => return reject("samples is 0: give 1 to 4096, or \"any\""),
-        Some(SampleCount::Number(count)) => count,
-        Some(SampleCount::Text(text)) => choose("samples", &text, &[("any", 0)])?,
-    };
-    let options = args.options(model, samples, schedule, effort, seed);
-    let options = options.map_err(to_exception)?;
-    let fixed = pattern.map(|pattern| Pairs::from_arrays(pattern, None)?.angles());
-    let fixed = fixed.transpose()?;
-    let options = options.with_fixed(fixed.unwrap_or_default());
-    let options = options.map_err(to_exception)?;
-    let options = Options {
-        checkpoints: checkpoints(checkpoint, checkpoint_every_seconds, resume)?,
-        ..options
-    };
+    let model = choose("model", model, &MODELS.map(|model| (model.name(), model)))?;
+    let mut options = parse_options(model, options)?;
+    if let Some(pattern) = pattern {
+        options.pattern = Pairs::from_arrays(pattern, None)?.angles()?;
+    }
+    check(&options).map_err(to_exception)?;
+    let checkpoints = checkpoints(checkpoint, resume)?;
     let materials = match materials {
         Some(materials) => MaterialArgs::parse(materials)?,
         None => MaterialArgs::parse(&pyo3::types::PyString::new(py, "procedural:100"))?,
     };
-    let sources = materials.sources(&args.share)?;
+    let sources = materials.sources(&options.share)?;
 
     let latest = Mutex::new(None);
     let report = |py: Python<'_>| {
@@ -209,7 +146,7 @@ pub(crate) fn train(
     };
     let result = run_interruptible(py, report, |stop| {
         let (materials, source_shares) = materials.load(&sources)?;
-        let options = Options {
+        let options = TrainingOptions {
             source_shares,
             ..options.clone()
         };
@@ -217,45 +154,87 @@ pub(crate) fn train(
             if let Ok(mut latest) = latest.lock() {
                 *latest = Some(*progress);
             }
-            match stop.load(Ordering::Relaxed) {
-                true => ControlFlow::Break(()),
-                false => ControlFlow::Continue(()),
+            if stop.load(Ordering::Relaxed) {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
             }
         };
-        let learned = meta_train(&options, materials, observe).map_err(Failure::new)?;
+        let learned =
+            meta_train(&options, materials, checkpoints.as_ref(), observe).map_err(Failure::new)?;
         let file = pack_recipe(&learned, &options, &sources.label()).map_err(Failure::new)?;
         Ok::<(RecipeFile, Option<Vec<u8>>), Failure>((file, learned.basis))
     })?;
     let (file, basis) = result?;
-    if let Some(checkpoints) = &options.checkpoints {
+    if let Some(checkpoints) = &checkpoints {
         Checkpoint::remove(&checkpoints.directory);
     }
     PyRecipe::new_with_basis(file, basis.as_deref())
 }
 
-/// Returns the checkpoint options. Without `resume`, an unfinished run in the folder is an error.
-fn checkpoints(
-    directory: Option<PathBuf>,
-    seconds: f64,
-    resume: bool,
-) -> PyResult<Option<CheckpointOptions>> {
+/// Returns the options with the given values, by their names.
+fn parse_options(model: ModelKind, given: Option<&Bound<'_, PyDict>>) -> PyResult<TrainingOptions> {
+    let mut options = TrainingOptions::new(model, 8, Schedule::Prior, Effort::Standard, 0);
+    let mut all = json!(options);
+    for (name, value) in given.into_iter().flatten() {
+        let name: String = name.extract()?;
+        let value = match &*name {
+            _ if value.is_none() => continue,
+            "samples" => json!(sample_count(&value)?),
+            "speed_degrees_per_second" => json!(parse_speeds(&value)?),
+            _ => from_python(&value)?,
+        };
+        let mut groups = TrainingOptions::GROUPS.into_iter();
+        let group = groups.find(|group| all[group].get(&name).is_some());
+        let fields = match group {
+            Some(group) => &mut all[group],
+            None => &mut all,
+        };
+        match fields.get_mut(&name) {
+            Some(option) if !NOT_GIVEN.contains(&&*name) => *option = value,
+            _ => {
+                return Err(PyTypeError::new_err(format!(
+                    "train() got an unexpected keyword argument '{name}'"
+                )));
+            }
+        }
+        options = serde_json::from_value(all.clone())
+            .map_err(|error| GlimpseError::new_err(format!("{name}: {error}")))?;
+    }
+    Ok(options)
+}
+
+/// The fields that are not given by name: other arguments determine them.
+const NOT_GIVEN: [&str; 6] = [
+    "model",
+    "parts",
+    "pattern",
+    "source_shares",
+    "limits",
+    "speeds",
+];
+
+/// Returns the number of samples; 0 for "any".
+fn sample_count(value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    if let Ok(text) = value.extract::<String>() {
+        return choose("samples", &text, &[("any", 0)]);
+    }
+    match value.extract()? {
+        0 => reject("samples is 0: give 1 to 4096, or \"any\""),
+        count => Ok(count),
+    }
+}
+
+/// Returns the checkpoints. Without `resume`, an unfinished run in the folder is an error.
+fn checkpoints(directory: Option<PathBuf>, resume: bool) -> PyResult<Option<Checkpoints>> {
     let Some(directory) = directory else {
         return Ok(None);
     };
-    let interval = Duration::try_from_secs_f64(seconds).map_err(|_| {
-        GlimpseError::new_err(format!(
-            "checkpoint_every_seconds is {seconds}: pass a finite, nonnegative number of seconds"
-        ))
-    })?;
     if !resume && Checkpoint::exists_in(&directory) {
         return reject(format!(
             "{} holds an unfinished run: pass resume=True to continue it, or remove the folder to discard it",
             directory.display()
         ));
     }
-    Ok(Some(CheckpointOptions {
-        directory,
-        interval,
-        resume,
-    }))
+    Ok(Some(Checkpoints { directory, resume }))
 }

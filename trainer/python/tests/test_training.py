@@ -46,20 +46,18 @@ def test_recipe_matches_train_command(trainer, tmp_path, model, options, argumen
     recipe.save(tmp_path / "python.recipe")
     if model == "linear":
         assert (tmp_path / "python.basis").read_bytes() == (tmp_path / "command.basis").read_bytes()
-    assert len(recipe.trained_on) == 11
+    assert len(recipe.metadata["materials"]) == 11
+    trained = recipe.metadata["training"]["options"]
+    assert (trained["schedule"], trained["seed"]) == (options.get("schedule", "prior"), 7)
     if "scan_seconds" in options:
         assert recipe.plan().seconds.max() <= 9
         assert recipe.plan().order == "progressive"
-        assert recipe.scan_time["speeds_degrees_per_second"] == [20, 10, 20, 10]
-        assert recipe.scan_time["seconds"] == 9 and recipe.scan_time["settle_seconds"] == pytest.approx(0.2)
-    else:
-        assert recipe.scan_time is None
     if "noise" in options:
-        assert recipe.noise["relative"] == pytest.approx(0.02)
-        assert recipe.limits["max_theta_i_degrees"] == pytest.approx(80)
+        assert trained["noise"] == pytest.approx(0.02)
+        assert trained["limits"]["max_theta_i_degrees"] == 80
         assert (recipe.angles_degrees[:, 0] < 80.01).all()
-    else:
-        assert recipe.noise is None and (recipe.limits is None) == ("in_plane" not in options)
+    with pytest.raises(TypeError, match="limits"):
+        glimpse.train(model, limits=3)
 
 
 def test_pattern_keeps_directions():
@@ -196,15 +194,15 @@ def test_trains_on_material_objects(tmp_path):
         for k in range(3)
     ]
     recipe = glimpse.train("phong", tables, samples=2, effort="brief", schedule="paper")
-    assert recipe.trained_on == ["gray-0", "gray-1", "gray-2"]
-    assert recipe.training["data"] == "3 materials of a program"
+    assert [material["name"] for material in recipe.metadata["materials"]] == ["gray-0", "gray-1", "gray-2"]
+    assert recipe.metadata["training"]["data"] == "3 materials of a program"
     # Training on files of the same tables gives the same pattern.
     for table in tables:
         table.save(tmp_path / f"{table.name}.binary")
     from_files = glimpse.train("phong", tmp_path, samples=2, effort="brief", schedule="paper")
     np.testing.assert_array_equal(from_files.directions, recipe.directions)
     mixed = glimpse.train("linear", ["procedural:8", *tables], samples=2, effort="brief", share=[1, 3])
-    assert len(mixed.trained_on) == 11
+    assert len(mixed.metadata["materials"]) == 11
     report = glimpse.evaluate(recipe, [tables[0], "procedural:2:9"])
     assert report["trained_on"] == ["gray-0"] and report["namesakes_trained_on"] == []
 

@@ -2,11 +2,13 @@
 //!
 //! Modules in order of dependency; each module imports only earlier ones:
 //!
+//! - [`choice`]: names of choices on the command line
 //! - [`route`]: the order in which a machine's arms visit samples
 //! - [`linear`]: principal components of materials, for the model Linear
 //! - [`meta`]: meta-learning with the schedules `paper` and `prior`, and checkpoints
 //! - [`recipe`]: recipe files, and the conversion of a training result to a recipe
 
+pub mod choice;
 pub mod linear;
 pub mod meta;
 pub mod recipe;

@@ -5,7 +5,6 @@ use std::f32::consts::FRAC_1_PI;
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::setting::Setting;
 use glimpse_materials::{Material, quantize};
 use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
@@ -48,13 +47,9 @@ impl Degradation {
     /// # Errors
     /// [`EvaluationError::Share`] or [`EvaluationError::NoReadings`].
     pub fn validate(&self, samples: usize) -> Result<(), EvaluationError> {
-        let shares = [
-            (Setting::Noise, self.noise),
-            (Setting::Additive, self.additive),
-        ];
-        for (setting, share) in shares {
+        for (name, share) in [("noise", self.noise), ("additive", self.additive)] {
             if !(0.0..=1.0).contains(&share) {
-                return Err(EvaluationError::Share(setting, share));
+                return Err(EvaluationError::Share(name, share));
             }
         }
         let first = self.first.unwrap_or(samples).min(samples);

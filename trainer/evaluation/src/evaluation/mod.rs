@@ -26,7 +26,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_kernels::scan::LossPrediction;
 use glimpse_materials::loss::{loss_directions, mean_log_error};
-use glimpse_materials::setting::{Setting, SettingError, SettingNames};
+use glimpse_materials::setting::Name;
 use glimpse_materials::{Brdf, Material};
 use rayon::prelude::*;
 
@@ -52,19 +52,32 @@ pub enum EvaluationError {
     )]
     Compact,
     /// A recipe that completes readings was given other directions than its own.
-    #[error("{}", self.message(Setting::name))]
+    #[error(
+        "a recipe that completes readings works only at its own directions; give one that was trained with {} paper",
+        Name("schedule")
+    )]
     OtherDirections,
     /// A degradation of readings was given for a method without a recipe.
-    #[error("{}", self.message(Setting::name))]
+    #[error(
+        "missing or noisy readings require a scan with a recipe; give {}",
+        Name("recipe")
+    )]
     DegradationWithoutRecipe,
     /// Readings are missing, and the recipe needs all of them.
-    #[error("{}", self.message(Setting::name))]
+    #[error(
+        "the recipe needs all of its readings; for scans with missing readings, train a recipe with {} 0.5",
+        Name("missing")
+    )]
     NeedsAllReadings,
     /// A share of a degradation is out of range.
-    #[error("{}", self.message(Setting::name))]
-    Share(Setting, f32),
+    #[error("{name} must be 0 to 1, not {1}", name = Name(.0))]
+    Share(&'static str, f32),
     /// A degradation leaves no readings to fit.
-    #[error("{}", self.message(Setting::name))]
+    #[error(
+        "{} {lost} of {} {first} leaves no reading to fit; drop fewer, or use more",
+        Name("lose"),
+        Name("first")
+    )]
     NoReadings {
         /// The number of readings.
         first: usize,
@@ -88,7 +101,11 @@ pub enum EvaluationError {
     #[error(transparent)]
     Scan(#[from] glimpse_core::error::Error),
     /// A recipe has no upper bounds of the loss for scans that end early.
-    #[error("{}", self.message(Setting::name))]
+    #[error(
+        "the recipe has no bounds of the loss for scans that end early; train one with {} 0.5, at least 2 samples and 10 \
+         materials",
+        Name("missing")
+    )]
     NoPartialBound,
     /// A recipe has samples that exceed its own limits.
     #[error("the recipe has samples that exceed its own limits; train it again")]
@@ -99,40 +116,6 @@ pub enum EvaluationError {
     /// Pictures cannot be compared. Does not happen in practice because all have the same size.
     #[error(transparent)]
     Compare(#[from] CompareError),
-}
-
-impl SettingError for EvaluationError {
-    fn message(&self, name: SettingNames) -> String {
-        match self {
-            Self::OtherDirections => format!(
-                "a recipe that completes readings works only at its own directions; give one that was trained with \
-                 {} paper",
-                name(Setting::Schedule)
-            ),
-            Self::DegradationWithoutRecipe => format!(
-                "missing or noisy readings require a scan with a recipe; give {}",
-                name(Setting::Recipe)
-            ),
-            Self::Share(setting, value) => {
-                format!("{} must be 0 to 1, not {value}", name(*setting))
-            }
-            Self::NoReadings { first, lost } => format!(
-                "{} {lost} of {} {first} leaves no reading to fit; drop fewer, or use more",
-                name(Setting::Lose),
-                name(Setting::First)
-            ),
-            Self::NeedsAllReadings => format!(
-                "the recipe needs all of its readings; for scans with missing readings, train a recipe with {} 0.5",
-                name(Setting::Missing)
-            ),
-            Self::NoPartialBound => format!(
-                "the recipe has no bounds of the loss for scans that end early; train one with {} 0.5, at least 2 samples \
-                 and 10 materials",
-                name(Setting::Missing)
-            ),
-            other => other.to_string(),
-        }
-    }
 }
 
 /// An evaluator, which compares fits with the BRDF values and the rendered spheres of materials.

@@ -4,4 +4,4 @@ mod c;
 mod json;
 
 pub use c::to_c;
-pub use json::{expectation, to_json, training};
+pub use json::to_json;

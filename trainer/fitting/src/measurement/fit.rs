@@ -4,7 +4,7 @@ use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::model::ModelKind;
 use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::{LossPrediction, scan_with_missing};
-use glimpse_materials::setting::{Setting, SettingError, SettingNames};
+use glimpse_materials::setting::Name;
 use glimpse_materials::{FittedBrdf, FittedMaterial};
 use glimpse_training::linear::Posterior;
 
@@ -38,9 +38,13 @@ pub struct Fit {
 
 /// An error of fitting measurements.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{}", self.message(Setting::name))]
 pub enum FitFailure {
     /// Readings are missing, and the recipe needs all of them.
+    #[error(
+        "{} not measured, but the recipe needs all {samples}; measure {} as well, or use a recipe that was trained with \
+         {} 0.5",
+        samples_were(missing), if missing.len() == 1 { "it" } else { "them" }, Name("missing")
+    )]
     Missing {
         /// The indices of the samples without a reading.
         missing: Vec<usize>,
@@ -48,37 +52,16 @@ pub enum FitFailure {
         samples: usize,
     },
     /// The readings cannot be fitted.
-    Scan(Error),
+    #[error(transparent)]
+    Scan(#[from] Error),
     /// The readings are unlikely to come from a material.
+    #[error("{}", .0.text())]
     Implausible(ErrorCode),
     /// The model is too simple to follow readings in bands.
+    #[error(
+        "the model {0} cannot follow readings in bands: give a recipe of the model linear or neural, or readings in RGB"
+    )]
     Bands(ModelKind),
-}
-
-impl SettingError for FitFailure {
-    fn message(&self, name: SettingNames) -> String {
-        match self {
-            Self::Missing { missing, samples } => format!(
-                "{} not measured, but the recipe needs all {samples}; measure {} as well, or use a recipe that was \
-                 trained with {} 0.5",
-                samples_were(missing),
-                if missing.len() == 1 { "it" } else { "them" },
-                name(Setting::Missing)
-            ),
-            Self::Scan(error) => error.to_string(),
-            Self::Implausible(reason) => reason.text().to_owned(),
-            Self::Bands(model) => format!(
-                "the model {model} cannot follow readings in bands: give a recipe of the model linear or neural, or \
-                 readings in RGB"
-            ),
-        }
-    }
-}
-
-impl From<Error> for FitFailure {
-    fn from(error: Error) -> Self {
-        Self::Scan(error)
-    }
 }
 
 /// Returns "sample 1 was" or "samples 1, 2 were".

@@ -106,7 +106,7 @@ pub fn to_open_material(
         wavelengths,
         lookup_table: rows,
     };
-    Ok(serde_json::to_vec(&File { metadata, brdf }).unwrap_or_default())
+    Ok(serde_json::to_vec(&File { metadata, brdf }).expect("numbers and text have a JSON form"))
 }
 
 fn rounded(value: f64, scale: f64) -> f64 {

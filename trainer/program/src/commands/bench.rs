@@ -6,10 +6,11 @@ use anyhow::ensure;
 use clap::Args;
 use glimpse_core::model::ModelKind;
 use glimpse_kernels::lanes::InstructionSet;
+use glimpse_training::meta::options::model_parser;
 use serde::Serialize;
 
 use super::progress::StepProgress;
-use super::{choice, emit, numbers};
+use super::{emit, numbers};
 
 /// Time the computations of meta-learning, and compare them with this machine's peak.
 ///
@@ -27,7 +28,7 @@ use super::{choice, emit, numbers};
 #[command(verbatim_doc_comment)]
 pub(crate) struct Bench {
     /// Model to time [default: all except linear]
-    #[arg(long, value_parser = choice::model())]
+    #[arg(long, value_parser = model_parser())]
     model: Option<ModelKind>,
     /// Duration of each line in seconds, 0.001 to 3600
     #[arg(long, default_value_t = 1.0, value_parser = numbers::number(0.001..=3_600.0))]

@@ -1,8 +1,6 @@
 //! Values that are chosen by name and whose type is not the command line's.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use glimpse_core::model::ModelKind;
-use glimpse_materials::MODELS;
 
 /// Returns a parser of the names of choices, and of aliases, each with its name.
 pub(super) fn choice<T: Copy + Send + Sync + 'static>(
@@ -21,9 +19,4 @@ pub(super) fn choice<T: Copy + Send + Sync + 'static>(
         let found = choices.iter().find(|(other, _)| *other == name);
         found.map(|(_, choice)| *choice).ok_or("unknown name")
     })
-}
-
-/// Returns a parser of the names of models.
-pub(super) fn model() -> impl TypedValueParser<Value = ModelKind> {
-    choice(&MODELS.map(|model| (model.name(), model)), &[])
 }

@@ -4,11 +4,10 @@ use crate::report::{Cell, Column, Table, metric_columns};
 use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::{Estimate, Report, TargetReport, TrainingOverlap};
 use glimpse_evaluation::metrics::METRICS;
-use glimpse_fitting::export::expectation;
+use glimpse_training::meta::expected_loss::ValidatedLoss;
 use glimpse_training::meta::prior::loss_predictor::rank_correlation;
 use glimpse_training::recipe::{Metadata, MetadataError};
 use serde::Serialize;
-use serde_json::{Value, json};
 
 use super::expected_loss::expected_loss;
 use super::training_overlap::{Overlaps, warnings};
@@ -22,7 +21,7 @@ pub(super) struct RecipeReport {
     report: Report,
     prediction: Option<Prediction>,
     /// The expected loss that the recipe states.
-    promise: Option<Value>,
+    promise: Option<ValidatedLoss>,
     /// The same as text.
     #[serde(skip)]
     stated_loss: Option<String>,
@@ -72,8 +71,6 @@ impl RecipeReport {
         target: Option<TargetReport>,
     ) -> Result<Self, MetadataError> {
         let stated_loss = expected_loss(recipe)?;
-        let promise = expectation(&Metadata::of(recipe)?);
-        let promise = promise.unwrap_or_else(|| json!({ "loss": recipe.expected_loss() }));
         let losses = report.losses();
         let prediction = report.predicted_losses().map(|predicted| Prediction {
             loss: Estimate::from_values(&predicted).mean,
@@ -108,7 +105,7 @@ impl RecipeReport {
             recipe: path,
             report,
             prediction,
-            promise: stated_loss.is_some().then_some(promise),
+            promise: Metadata::of(recipe)?.expected_loss,
             stated_loss,
             target,
             trained_on,

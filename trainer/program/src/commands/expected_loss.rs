@@ -28,7 +28,7 @@ pub(super) fn caution(recipe: &Recipe<'_>) -> Result<Option<String>, MetadataErr
         )));
     }
     let training = Metadata::of(recipe)?.training;
-    let is_built_in = training.is_some_and(|training| is_built_in(&training.sources));
+    let is_built_in = training.is_some_and(|training| is_built_in(&training.options.sources()));
     Ok(is_built_in.then(|| {
         "the recipe was trained on built-in materials only, and the loss on measured materials may be several times \
          larger"

@@ -69,14 +69,13 @@ impl Export {
         refuse_input(&self.out, &self.recipe)?;
         refuse_input(&self.out, &Basis::path_for(&self.recipe))?;
         let file = self.geometry.read_file(&self.recipe)?;
-        let recipe = file.recipe();
         let bytes = match self.format {
             Format::Postcard if self.strip => file.stripped()?.bytes().to_vec(),
             Format::C if self.strip => to_c(&file.stripped()?).into_bytes(),
             Format::C => to_c(&file).into_bytes(),
             Format::Postcard => file.bytes().to_vec(),
             Format::Basis => compact_basis_of_recipe(&self.recipe, self.components)?,
-            Format::Json => (serde_json::to_string_pretty(&to_json(&recipe)?)? + "\n").into_bytes(),
+            Format::Json => (serde_json::to_string_pretty(&to_json(&file)?)? + "\n").into_bytes(),
         };
         write_file(&self.out, &bytes, self.force)
     }

@@ -8,6 +8,8 @@ use glimpse_core::recipe::Recipe;
 use glimpse_fitting::export::to_json;
 use glimpse_fitting::measurement::NamedRecipe;
 use glimpse_materials::Identity;
+use glimpse_materials::setting::Name;
+use glimpse_training::meta::options::TrainingOptions;
 use glimpse_training::meta::tasks::task::Noise;
 use glimpse_training::recipe::{Metadata, MetadataError};
 use glimpse_training::route::{Order, Route, axes_from_angles};
@@ -35,7 +37,7 @@ impl Inspect {
         let file = NamedRecipe::read_file(&self.recipe)?;
         let recipe = file.recipe();
         if self.json {
-            return print_json(&to_json(&recipe)?);
+            return print_json(&to_json(&file)?);
         }
         let mut text = format!(
             "recipe {:08x}, {} bytes\n{}memory         {} words\n{}",
@@ -99,8 +101,8 @@ fn describe_scan(recipe: &Recipe<'_>, metadata: &Metadata) -> String {
     let Some(route) = Route::of_recipe(recipe, &machine, Order::Travel) else {
         return "some samples exceed the limits".to_owned();
     };
-    let trained = match metadata.scan_budget {
-        Some(budget) => format!("; trained for at most {} seconds", budget.seconds),
+    let trained = match metadata.scan_seconds() {
+        Some(seconds) => format!("; trained for at most {seconds} seconds"),
         None => String::new(),
     };
     format!(
@@ -131,7 +133,7 @@ fn describe_metadata(recipe: &Recipe<'_>, metadata: &Metadata) -> Result<String,
                 _ => expected_loss(recipe)?.unwrap_or_else(unstated),
             },
         ),
-        ("limits", metadata.limits.map_or_else(unstated, describe)),
+        ("limits", metadata.limits().map_or_else(unstated, describe)),
         (
             "scan",
             match recipe.samples() {
@@ -141,7 +143,7 @@ fn describe_metadata(recipe: &Recipe<'_>, metadata: &Metadata) -> Result<String,
         ),
         (
             "noise",
-            metadata.noise.map_or_else(unstated, describe_noise),
+            metadata.noise().map_or_else(unstated, describe_noise),
         ),
     ];
     match &metadata.training {
@@ -153,9 +155,13 @@ fn describe_metadata(recipe: &Recipe<'_>, metadata: &Metadata) -> Result<String,
             ),
             (
                 "schedule",
-                format!("{}, seed {}", training.describe_schedule(), training.seed),
+                format!(
+                    "{}, seed {}",
+                    training.describe_schedule(),
+                    training.options.seed
+                ),
             ),
-            ("options", training.options.clone()),
+            ("options", describe_options(&training.options)),
             ("trainer", training.trainer.clone()),
         ]),
     }
@@ -164,6 +170,25 @@ fn describe_metadata(recipe: &Recipe<'_>, metadata: &Metadata) -> Result<String,
     Ok(stated
         .map(|(name, text)| format!("{name:15}{text}\n"))
         .collect())
+}
+
+/// Describes the options that differ from their defaults, and are not described elsewhere.
+fn describe_options(options: &TrainingOptions) -> String {
+    let defaults = TrainingOptions {
+        parts: options.parts.clone(),
+        pattern: options.pattern.clone(),
+        source_shares: options.source_shares.clone(),
+        ..TrainingOptions::new(
+            options.model,
+            options.samples,
+            options.schedule,
+            options.effort,
+            options.seed,
+        )
+    };
+    let differences = options.differences(&defaults).into_iter();
+    let texts = differences.map(|(name, value)| format!("{} {value}", Name(&name)));
+    texts.collect::<Vec<_>>().join(", ")
 }
 
 fn describe_noise(noise: Noise) -> String {

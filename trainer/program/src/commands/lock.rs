@@ -12,12 +12,12 @@ use glimpse_materials::files::require_parent_dir;
 static HELD: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// A lock that a run holds until it ends. Dropping it removes the lock file. A killed run leaves the file behind,
-/// unlocked.
+/// unlocked; so does any run on a file system without locks.
 #[derive(Debug)]
 pub(super) struct Lock {
     path: PathBuf,
     /// The lock file, locked until it is closed; None if the file system has no locks.
-    _file: Option<File>,
+    file: Option<File>,
 }
 
 impl Lock {
@@ -39,9 +39,12 @@ impl Lock {
         Self::acquire(folder.join("run.lock"), folder)
     }
 
-    fn new(path: PathBuf, file: Option<File>) -> Self {
+    fn new(path: PathBuf, file: File) -> Self {
         with_held(|held| held.push(path.clone()));
-        Self { path, _file: file }
+        Self {
+            path,
+            file: Some(file),
+        }
     }
 
     fn acquire(path: PathBuf, output: &Path) -> anyhow::Result<Self> {
@@ -65,14 +68,14 @@ impl Lock {
                         path.display(),
                         output.display()
                     );
-                    return Ok(Self::new(path, None));
+                    return Ok(Self { path, file: None });
                 }
                 Err(TryLockError::Error(error)) => return Err(error).with_context(context),
             }
             // The previous holder may have removed the file between open and lock. Then the lock is
             // worthless, since other runs create a new file.
             if is_at(&file, &path) {
-                return Ok(Self::new(path, Some(file)));
+                return Ok(Self::new(path, file));
             }
         }
     }
@@ -81,8 +84,10 @@ impl Lock {
 impl Drop for Lock {
     fn drop(&mut self) {
         // The lock is still held here, so this never removes another run's file.
-        let _ = fs::remove_file(&self.path);
-        with_held(|held| held.retain(|path| *path != self.path));
+        if self.file.is_some() {
+            let _ = fs::remove_file(&self.path);
+            with_held(|held| held.retain(|path| *path != self.path));
+        }
     }
 }
 
@@ -129,5 +134,18 @@ mod tests {
         drop(lock);
         Lock::of_folder(folder.path()).expect("a lock");
         assert!(!path.exists() && with_held(|held| held.is_empty()));
+    }
+
+    /// Without locks, the file may be that of another run.
+    #[test]
+    fn file_remains_on_file_systems_without_locks() {
+        let folder = tempfile::tempdir().expect("a temporary directory");
+        let path = folder.path().join("run.lock");
+        File::create(&path).expect("the file is created");
+        drop(Lock {
+            path: path.clone(),
+            file: None,
+        });
+        assert!(path.exists());
     }
 }

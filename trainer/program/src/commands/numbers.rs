@@ -5,12 +5,9 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 use std::thread::available_parallelism;
-use std::time::Duration;
 
 use clap::{Arg, Command};
 use glimpse_training::route::Axes;
-
-use glimpse_core::section::MAX_SAMPLES;
 
 /// Maximum number of threads on machines with fewer cores. All threads take part in every parallel loop, and
 /// thousands of them mostly wait for each other.
@@ -27,7 +24,6 @@ pub(crate) fn with_negative_values(command: Command) -> Command {
         TypeId::of::<f64>(),
         TypeId::of::<[f32; 3]>(),
         TypeId::of::<Axes>(),
-        TypeId::of::<Duration>(),
     ];
     let takes_number = |arg: &Arg| {
         let value_type = arg.get_value_parser().type_id();
@@ -39,14 +35,6 @@ pub(crate) fn with_negative_values(command: Command) -> Command {
             false => arg,
         })
         .mut_subcommands(with_negative_values)
-}
-
-/// Parses the number of samples of a training; 0 is a recipe without a pattern.
-pub(crate) fn sample_count(text: &str) -> Result<usize, String> {
-    match text {
-        "any" => Ok(0),
-        _ => number(1..=MAX_SAMPLES)(text),
-    }
 }
 
 /// Parses the number of threads.

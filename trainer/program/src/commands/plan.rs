@@ -5,6 +5,7 @@ use std::path::{PathBuf, absolute};
 use anyhow::ensure;
 use clap::{ArgGroup, Args};
 use glimpse_materials::basis::Basis;
+use glimpse_training::choice::Choice;
 use glimpse_training::route::{Machine, Order, PlanArgs, Route, blank_sheet};
 
 use super::geometry::GeometryArgs;

@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 
 use glimpse_materials::Material;
 use glimpse_training::meta::learned::LearnedRecipe;
-use glimpse_training::meta::options::Options;
+use glimpse_training::meta::options::TrainingOptions;
+use glimpse_training::meta::outer::Checkpoints;
 use glimpse_training::meta::run::{TrainError, train};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -37,12 +38,13 @@ pub(super) fn interrupted() -> bool {
 
 /// Trains with a progress bar of loss and remaining time.
 pub(crate) fn train_with_progress(
-    options: &Options,
+    options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
+    checkpoints: &Checkpoints,
 ) -> anyhow::Result<LearnedRecipe> {
     catch_interrupts()?;
     let steps = StepProgress::new("training", 0);
-    let outcome = train(options, materials, &mut |progress| {
+    let outcome = train(options, materials, Some(checkpoints), &mut |progress| {
         let mut message = progress.phase.to_owned();
         if progress.samples > 0 {
             message += &format!(", n = {}", progress.samples);
@@ -63,13 +65,13 @@ pub(crate) fn train_with_progress(
         }
     });
     drop(steps);
-    match (outcome, &options.checkpoints) {
-        (Err(TrainError::Stopped(done)), Some(checkpoints)) => Err(anyhow::anyhow!(
+    match outcome {
+        Err(TrainError::Stopped(done)) => Err(anyhow::anyhow!(
             "stopped after {done} outer steps, which are saved in {}: repeat the command with --resume to \
              continue",
             checkpoints.directory.display()
         )),
-        (outcome, _) => Ok(outcome?),
+        outcome => Ok(outcome?),
     }
 }
 

@@ -14,7 +14,7 @@ use glimpse_evaluation::metrics::Metrics;
 use glimpse_evaluation::render::Picture;
 use glimpse_fitting::bundled::{self, BundledRecipe};
 use glimpse_materials::{Material, Source};
-use glimpse_training::meta::plan::Effort;
+use glimpse_training::meta::options::Effort;
 use glimpse_training::meta::run::INNER_STEPS;
 use glimpse_training::recipe::Metadata;
 use glimpse_training::route::{Machine, Order, Route};

@@ -6,7 +6,8 @@ use anyhow::{anyhow, bail};
 use clap::Args;
 use glimpse_evaluation::evaluation::TrainingMaterials;
 use glimpse_materials::Source;
-use glimpse_training::meta::plan::Effort;
+use glimpse_training::choice::Choice;
+use glimpse_training::meta::options::Effort;
 
 use super::lock::Lock;
 use super::output::create_out_folder;
@@ -126,8 +127,8 @@ impl Reproduce {
             seed,
             seeds: self.seeds,
         };
-        let train = |options: &_, materials, data: &str, out: &Path| {
-            train_to_file(options, materials, data, out).map(drop)
+        let train = |options: &_, materials, checkpoints: &_, data: &str, out: &Path| {
+            train_to_file(options, materials, checkpoints, data, out).map(drop)
         };
         let store = Store::open(settings, &training, &sets, &train)?;
         drop(training);

@@ -1,8 +1,7 @@
 //! `trainer train`
 
 use std::path::{Path, PathBuf};
-use std::slice;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
@@ -12,18 +11,17 @@ use glimpse_materials::files::{check_writable, is_stream};
 use glimpse_materials::{Material, MaterialsAndShares, Source, SourceShare, Sources};
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::learned::LearnedRecipe;
-use glimpse_training::meta::options::Options;
-use glimpse_training::meta::outer::CheckpointOptions;
-use glimpse_training::meta::plan::{Effort, Schedule};
-use glimpse_training::meta::request::TrainingArgs;
+use glimpse_training::meta::options::{Schedule, TrainingOptions};
+use glimpse_training::meta::outer::Checkpoints;
+use glimpse_training::meta::run::check;
 use glimpse_training::recipe::{RecipeFile, pack_recipe};
 
 use super::expected_loss::expected_loss;
 use super::geometry::read_directions;
+use super::load_all;
 use super::lock::Lock;
 use super::output::write_file;
 use super::progress::train_with_progress;
-use super::{choice, load_all, numbers};
 
 /// Train a recipe on materials.
 ///
@@ -37,7 +35,7 @@ use super::{choice, load_all, numbers};
 /// expected loss. The model linear holds none out: its loss on each material is that with the
 /// components of the other materials.
 ///
-/// RESUMING. The run is saved every ten seconds and on Ctrl-C. The same command with --resume
+/// RESUMING. The run is saved at least every ten seconds, and on Ctrl-C. The same command with --resume
 /// continues it, also after kill -9, and writes the same bytes as an uninterrupted run. A recipe
 /// that was trained with other options is replaced only with --force. Two runs cannot write the same
 /// recipe at once.
@@ -48,18 +46,8 @@ use super::{choice, load_all, numbers};
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Train {
-    /// Model to fit
-    #[arg(long, value_parser = choice::model())]
-    model: ModelKind,
-    /// Number n of samples that the scanner measures, 1 to 4096; `any` for readings at any directions
-    #[arg(
-        long,
-        short = 'n',
-        value_name = "N",
-        allow_negative_numbers = true,
-        value_parser = numbers::sample_count
-    )]
-    samples: usize,
+    #[command(flatten)]
+    options: TrainingOptions,
     /// Training materials; can be given several times
     #[arg(long, value_name = "SOURCE", default_value = "procedural:100")]
     data: Vec<Source>,
@@ -70,27 +58,12 @@ pub(crate) struct Train {
     /// the recipe's first samples, and the remaining ones of N are trained
     #[arg(long, value_name = "FILE.csv", conflicts_with = "scan_seconds")]
     pattern: Option<PathBuf>,
-    #[command(flatten)]
-    training: TrainingArgs,
-    /// Training schedule
-    #[arg(long, value_enum, default_value_t = Schedule::Prior)]
-    schedule: Schedule,
-    /// Length of the training
-    #[arg(long, value_enum, default_value_t = Effort::Standard)]
-    effort: Effort,
-    /// Seconds between two checkpoints, 0 to 1e9; 0 saves one after every step
-    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
-    checkpoint_every: Duration,
     /// Continue from the checkpoint OUT.checkpoint, if there is one
     #[arg(long)]
     resume: bool,
     /// Replace a recipe that was trained with other options, or discard an unfinished run
     #[arg(long)]
     force: bool,
-}
-
-fn seconds(text: &str) -> Result<Duration, String> {
-    numbers::number(0.0..=1e9)(text).map(Duration::from_secs_f64)
 }
 
 impl Train {
@@ -100,12 +73,11 @@ impl Train {
             "{} is not a regular file, and has no place for a checkpoint: give a file as --out",
             self.out.display()
         );
-        let sources = self.sources()?;
-        let run = self.training_run(sources.label(), seed)?;
+        let run = self.training_run(seed)?;
         // An unwritable output is reported before training, not after hours of it.
         run.check_writable()?;
         let _lock = run.lock()?;
-        let (materials, source_shares) = load_all(&sources)?;
+        let (materials, source_shares) = load_all(&run.sources)?;
         let trained = run.is_trained(&source_shares);
         let trained = run.refuse_overwrite(trained, self.resume, self.force)?;
         if self.resume && !Checkpoint::exists_in(&run.checkpoint) {
@@ -130,29 +102,22 @@ impl Train {
         Ok(())
     }
 
-    /// Returns the sources of the training materials, and their shares. Refuses options without effect.
-    fn sources(&self) -> anyhow::Result<Sources> {
-        self.training
-            .check_effect(slice::from_ref(&self.model), self.schedule)?;
-        Ok(Sources::new(self.data.clone(), &self.training.share)?)
-    }
-
-    /// Returns the training. Messages call the materials `data`.
-    fn training_run(&self, data: String, seed: u64) -> anyhow::Result<TrainingRun> {
-        let fixed = self
-            .pattern
-            .as_ref()
-            .map(|path| read_directions(path).context("--pattern names a file"));
+    /// Returns the training, with valid options.
+    fn training_run(&self, seed: u64) -> anyhow::Result<TrainingRun> {
+        let mut options = TrainingOptions {
+            seed,
+            ..self.options.clone()
+        };
+        if let Some(path) = &self.pattern {
+            options.pattern = read_directions(path).context("--pattern names a file")?;
+        }
+        check(&options)?;
         let mut checkpoint = self.out.clone().into_os_string();
         checkpoint.push(".checkpoint");
         Ok(TrainingRun {
-            options: self
-                .training
-                .options(self.model, self.samples, self.schedule, self.effort, seed)?
-                .with_fixed(fixed.transpose()?.unwrap_or_default())?,
-            data,
+            sources: Sources::new(self.data.clone(), &options.share)?,
+            options,
             checkpoint: checkpoint.into(),
-            checkpoint_interval: self.checkpoint_every,
             out: self.out.clone(),
         })
     }
@@ -160,12 +125,10 @@ impl Train {
 
 /// The training of one recipe.
 struct TrainingRun {
-    options: Options,
-    /// Name of the training materials in messages.
-    data: String,
+    options: TrainingOptions,
+    sources: Sources,
     out: PathBuf,
     checkpoint: PathBuf,
-    checkpoint_interval: Duration,
 }
 
 impl TrainingRun {
@@ -233,13 +196,13 @@ impl TrainingRun {
         let remedy = "give --force to replace it, or another --out";
         let file =
             RecipeFile::read(&self.out).with_context(|| format!("{out} exists: {remedy}"))?;
-        let options = Options {
+        let options = TrainingOptions {
             source_shares: source_shares.to_vec(),
             ..self.options.clone()
         };
-        let training = file.metadata().training.as_ref();
+        let trained = file.metadata().options();
         ensure!(
-            training.is_some_and(|training| training.digest == options.digest()),
+            trained.map(|trained| trained.identity(&[])) == Some(options.identity(&[])),
             "{out} was trained with other options or materials: {remedy}"
         );
         let basis = Basis::path_for(&self.out);
@@ -259,14 +222,13 @@ impl TrainingRun {
         resume: bool,
     ) -> anyhow::Result<RecipeFile> {
         self.check_writable()?;
-        let options = Options {
+        let options = TrainingOptions {
             source_shares,
-            checkpoints: Some(CheckpointOptions {
-                directory: self.checkpoint.clone(),
-                interval: self.checkpoint_interval,
-                resume,
-            }),
             ..self.options.clone()
+        };
+        let checkpoints = Checkpoints {
+            directory: self.checkpoint.clone(),
+            resume,
         };
         if options.schedule == Schedule::Prior {
             let shares = options.sources().into_iter().map(|source| {
@@ -278,7 +240,13 @@ impl TrainingRun {
             });
             eprintln!("training tasks: {}", shares.collect::<Vec<_>>().join(", "));
         }
-        let (learned, file) = train_to_file(&options, materials, &self.data, &self.out)?;
+        let (learned, file) = train_to_file(
+            &options,
+            materials,
+            &checkpoints,
+            &self.sources.label(),
+            &self.out,
+        )?;
         if let Some(predictor) = &learned.loss_predictor {
             let losses = options.source_shares.iter().zip(&predictor.source_losses);
             for (source, estimate) in losses {
@@ -303,20 +271,19 @@ impl TrainingRun {
 
 /// Trains a recipe on materials called `data`, writes it, and removes its checkpoint. Replaces existing files.
 pub(super) fn train_to_file(
-    options: &Options,
+    options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
+    checkpoints: &Checkpoints,
     data: &str,
     out: &Path,
 ) -> anyhow::Result<(LearnedRecipe, RecipeFile)> {
-    let learned = train_with_progress(options, materials)?;
+    let learned = train_with_progress(options, materials, checkpoints)?;
     let file = pack_recipe(&learned, options, data)?;
     if let Some(basis) = &learned.basis {
         // The basis is written first, because the recipe is useless without it.
         write_file(&Basis::path_for(out), basis, true)?;
     }
     write_file(out, file.bytes(), true)?;
-    if let Some(checkpoints) = &options.checkpoints {
-        Checkpoint::remove(&checkpoints.directory);
-    }
+    Checkpoint::remove(&checkpoints.directory);
     Ok((learned, file))
 }

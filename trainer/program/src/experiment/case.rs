@@ -3,8 +3,8 @@
 use glimpse_core::model::ModelKind;
 use glimpse_evaluation::evaluation::names;
 use glimpse_fitting::measurement::Instrument;
-use glimpse_training::linear::Prior;
-use glimpse_training::meta::plan::Schedule;
+use glimpse_training::choice::Choice;
+use glimpse_training::meta::options::{Schedule, TrainingOptions};
 
 /// A method that the experiments compare.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -178,7 +178,7 @@ impl Case {
             approach,
             model,
             samples,
-            components: Prior::PAPER.components,
+            components: TrainingOptions::PAPER_BASES,
             variation: Variation::None,
         }
     }

@@ -4,7 +4,8 @@
 use std::path::Path;
 
 use crate::report::{Cell, Gallery, Page, Table};
-use glimpse_training::meta::plan::Schedule;
+use glimpse_training::choice::Choice;
+use glimpse_training::meta::options::Schedule;
 use serde_json::{Map, Value, json};
 
 use super::case::Case;

@@ -104,12 +104,6 @@ impl Experiment {
         )
     }
 
-    /// Returns the name on the command line, which is also the folder's name.
-    pub(crate) fn name(self) -> String {
-        let value = self.to_possible_value();
-        value.map_or_else(String::new, |value| value.get_name().to_owned())
-    }
-
     /// Returns the cases of the experiment and their presentation, for n up to `max_samples`.
     pub(crate) fn plan(self, store: &Store<'_>, max_samples: usize) -> anyhow::Result<Plan> {
         Ok(match self {

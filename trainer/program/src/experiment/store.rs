@@ -7,7 +7,6 @@ use std::cell::OnceCell;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
 
 use anyhow::{Context, bail};
 use glimpse_core::fit::Estimator;
@@ -23,14 +22,14 @@ use glimpse_materials::files::write_atomic;
 use glimpse_materials::loss::DIRECTIONS;
 use glimpse_materials::sampling::{MeanBrdf, uniform_valid};
 use glimpse_materials::{Material, Source, SourceShare};
-use glimpse_training::linear::{Columns, Prior, min_condition_pattern, principal_components};
-use glimpse_training::meta::options::{CompletionOptions, Options};
-use glimpse_training::meta::outer::CheckpointOptions;
-use glimpse_training::meta::plan::{Effort, PretrainedInit, Schedule, TrainedParts};
+use glimpse_training::linear::{Columns, min_condition_pattern, principal_components};
+use glimpse_training::meta::options::{
+    Effort, PretrainedInit, Schedule, TrainedParts, TrainingOptions,
+};
+use glimpse_training::meta::outer::Checkpoints;
 use glimpse_training::meta::run::INNER_STEPS;
-use glimpse_training::meta::scan_budget::ScanBudget;
 use glimpse_training::recipe::RecipeFile;
-use glimpse_training::route::{Axes, Machine, Position};
+use glimpse_training::route::{Axes, Machine, Position, SpeedArgs};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -38,9 +37,6 @@ use serde_json::json;
 
 use super::case::{Approach, Case, MOTION_SPEED, REFINEMENT_STEPS, Training, Variation};
 use super::glossiness::split_by_glossiness;
-
-/// The interval between checkpoints of a training.
-const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(10);
 
 /// The settings of a run.
 #[derive(Clone, Debug)]
@@ -105,8 +101,13 @@ pub(crate) enum Work {
 }
 
 /// A function that trains on materials with a name, and writes the recipe.
-pub(crate) type TrainToFile =
-    dyn Fn(&Options, Vec<Box<dyn Material>>, &str, &Path) -> anyhow::Result<()>;
+pub(crate) type TrainToFile = dyn Fn(
+    &TrainingOptions,
+    Vec<Box<dyn Material>>,
+    &Checkpoints,
+    &str,
+    &Path,
+) -> anyhow::Result<()>;
 
 /// The store of recipes and evaluations.
 pub(crate) struct Store<'a> {
@@ -212,48 +213,47 @@ impl<'a> Store<'a> {
             Variation::Seed(number) => number,
             _ => 0,
         };
-        let defaults = Options::new(
+        let defaults = TrainingOptions::new(
             training.model,
             training.samples,
             training.schedule,
             self.settings.effort_for(training.schedule),
             self.settings.seed.wrapping_add(repetition),
         );
-        let options = Options {
-            completion_options: CompletionOptions {
-                scan: match training.variation {
-                    Variation::Within(seconds) => Some(ScanBudget {
-                        seconds: f64::from(seconds),
-                        speeds: Axes::from_array([MOTION_SPEED; 4]),
-                        settle: 0.0,
-                    }),
-                    _ => None,
-                },
-                ..defaults.completion_options
-            },
+        let mut options = TrainingOptions {
             source_shares: vec![SourceShare::single(&self.settings.data, materials.len())],
             parts: match training.variation {
                 Variation::Twice => TrainedParts::AllTwice,
-                Variation::PatternOf(_) => TrainedParts::PatternOnly,
+                Variation::PatternOf(_) => TrainedParts::PatternOnly(pretrained.transpose()?),
                 _ => TrainedParts::All,
             },
-            pretrained: pretrained.transpose()?,
-            prior: Prior {
-                components: training.components,
-                ..Prior::PAPER
-            },
-            checkpoints: Some(CheckpointOptions {
-                directory: path.with_extension("checkpoint"),
-                interval: CHECKPOINT_INTERVAL,
-                resume: true,
-            }),
             ..defaults
+        };
+        if training.schedule == Schedule::Paper {
+            options.bases = training.components;
+        }
+        if let Variation::Within(seconds) = training.variation {
+            options.scan_seconds = Some(f64::from(seconds));
+            options.speeds = SpeedArgs {
+                speed: Some(Axes::from_array([MOTION_SPEED; 4])),
+                settle: Some(0.0),
+            };
+        }
+        let checkpoints = Checkpoints {
+            directory: path.with_extension("checkpoint"),
+            resume: true,
         };
         let folder = self.settings.out.join("recipes");
         fs::create_dir_all(&folder)
             .with_context(|| format!("cannot write {}", folder.display()))?;
         eprintln!("training {}", training.name());
-        (self.train_to_file)(&options, materials, self.settings.data.label(), path)
+        (self.train_to_file)(
+            &options,
+            materials,
+            &checkpoints,
+            self.settings.data.label(),
+            path,
+        )
     }
 
     /// Returns the initial parameters and step sizes of a training.
@@ -375,7 +375,7 @@ impl<'a> Store<'a> {
                     _ => SampleDirections::Random(samples),
                 };
                 let name = case.approach.name();
-                Method::linear(name, basis, Prior::PAPER.eta, directions)
+                Method::linear(name, basis, TrainingOptions::PAPER_ETA, directions)
             }
             (None, None) => match case.approach {
                 Approach::Optimum => Method::optimum(model, self.optimum_steps(model)),

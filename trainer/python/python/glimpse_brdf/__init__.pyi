@@ -6,7 +6,7 @@ from typing import Any, Callable, Iterable, Literal, Optional, Sequence, TypedDi
 import numpy as np
 import numpy.typing as npt
 from typing import type_check_only
-from typing_extensions import Self, disjoint_base
+from typing_extensions import Self, Unpack, disjoint_base
 
 __version__: str
 
@@ -45,53 +45,6 @@ __all__ = [
 class GlimpseError(ValueError): ...
 class ImplausibleError(GlimpseError):
     fit: FittedMaterial
-
-@type_check_only
-class _ExpectedLoss(TypedDict):
-    loss: float
-    standard_error: Optional[float]
-    materials: int
-    split: str
-    on: Optional[str]
-
-@type_check_only
-class _Limits(TypedDict):
-    max_theta_i_degrees: float
-    max_theta_o_degrees: float
-    min_separation_degrees: float
-    in_plane: bool
-
-@type_check_only
-class _Noise(TypedDict):
-    relative: float
-    additive_per_steradian: float
-    levels: int
-
-@type_check_only
-class _ScanTime(TypedDict):
-    speeds_degrees_per_second: list[float]
-    settle_seconds: float
-    seconds: float
-
-@type_check_only
-class _TrainingSource(TypedDict):
-    label: str
-    origin: str
-    materials: int
-    share: float
-
-@type_check_only
-class _Training(TypedDict):
-    trainer: str
-    data: str
-    materials: int
-    sources: list[_TrainingSource]
-    schedule: str
-    effort: str
-    parts: str
-    options: str
-    seed: int
-    digest: str
 
 @type_check_only
 class _Residual(TypedDict):
@@ -239,17 +192,7 @@ class Recipe:
     @property
     def expected_loss(self) -> Optional[float]: ...
     @property
-    def expectation(self) -> Optional[_ExpectedLoss]: ...
-    @property
-    def limits(self) -> Optional[_Limits]: ...
-    @property
-    def noise(self) -> Optional[_Noise]: ...
-    @property
-    def scan_time(self) -> Optional[_ScanTime]: ...
-    @property
-    def training(self) -> Optional[_Training]: ...
-    @property
-    def trained_on(self) -> list[str]: ...
+    def metadata(self) -> dict[str, Any]: ...
     def plan(
         self,
         order: Optional[Literal["travel", "progressive"]] = None,
@@ -362,32 +305,35 @@ def evaluate(
     seeds: int = 5,
     seed: int = 0,
 ) -> _Report: ...
+@type_check_only
+class _TrainingOptions(TypedDict, total=False):
+    samples: Union[int, Literal["any"]]
+    schedule: Literal["prior", "paper"]
+    effort: Literal["brief", "quick", "standard", "long"]
+    seed: int
+    share: Sequence[float]
+    missing: float
+    noise: float
+    additive: float
+    levels: int
+    procedural: float
+    max_theta_i_degrees: float
+    max_theta_o_degrees: float
+    min_separation_degrees: float
+    in_plane: bool
+    scan_seconds: float
+    speed_degrees_per_second: npt.ArrayLike
+    settle_seconds: float
+    bases: int
+    eta: float
+
 def train(
     model: _Model,
     materials: Optional[_Materials] = None,
     *,
-    samples: Optional[Union[int, Literal["any"]]] = None,
-    schedule: Literal["prior", "paper"] = "prior",
-    effort: Literal["brief", "quick", "standard", "long"] = "standard",
-    seed: int = 0,
-    share: Optional[Sequence[float]] = None,
-    missing: Optional[float] = None,
-    noise: Optional[float] = None,
-    additive: Optional[float] = None,
-    levels: Optional[int] = None,
-    procedural: Optional[float] = None,
-    max_theta_i_degrees: Optional[float] = None,
-    max_theta_o_degrees: Optional[float] = None,
-    min_separation_degrees: Optional[float] = None,
-    in_plane: bool = False,
     pattern: Optional[npt.ArrayLike] = None,
-    scan_seconds: Optional[float] = None,
-    speed_degrees_per_second: Optional[npt.ArrayLike] = None,
-    settle_seconds: Optional[float] = None,
-    bases: Optional[int] = None,
-    eta: Optional[float] = None,
     checkpoint: Optional[_Path] = None,
-    checkpoint_every_seconds: float = 10.0,
     resume: bool = False,
     progress: Union[Callable[[Progress], object], Literal[False], None] = None,
+    **options: Unpack[_TrainingOptions],
 ) -> Recipe: ...

@@ -20,7 +20,6 @@ mod least_squares;
 mod material_basis;
 mod next;
 mod posterior;
-mod prior;
 
 pub use columns::{Columns, MAX_TABULATED};
 pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES, to_compact_bytes};
@@ -32,4 +31,3 @@ pub use gaussian_prior::GaussianPrior;
 pub use material_basis::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
 pub use next::{Candidates, Proposal};
 pub use posterior::{CoefficientPrior, LeftOut, Posterior, PosteriorReading, gain_without};
-pub use prior::Prior;

@@ -60,17 +60,6 @@ pub enum ValidationSplit {
 }
 
 impl ValidationSplit {
-    /// Returns the name in JSON.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::HeldOut => "held-out",
-            Self::Training => "training",
-            Self::LeftOut => "left-out",
-            Self::Folds => "folds",
-        }
-    }
-
     /// Describes the materials in words that follow "materials of" and a source.
     #[must_use]
     pub const fn description(self) -> &'static str {

@@ -27,9 +27,8 @@ impl RunIdentity {
     }
 }
 
-/// Returns the CRC-64 of a value's postcard bytes.
-pub(super) fn digest(value: &impl Serialize) -> u64 {
-    // Serialization of numbers, strings, slices of known length and enums of them cannot fail.
-    let bytes = postcard::to_stdvec(value).unwrap_or_default();
+/// Returns the CRC-64 of a value's postcard encoding.
+pub(super) fn digest<T: Serialize + ?Sized>(value: &T) -> u64 {
+    let bytes = postcard::to_stdvec(value).expect("lists of known length have an encoding");
     CHECKSUM.checksum(&bytes)
 }

@@ -1,57 +1,274 @@
-//! The options of a training run.
+//! The options of a training.
 
 use std::f32::consts::FRAC_1_PI;
-use std::fmt;
 use std::ops::RangeInclusive;
 
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
-use glimpse_materials::setting::{Setting, SettingError, SettingNames};
-use glimpse_materials::{Identity, Origin, SourceShare};
-use serde::Serialize;
+use glimpse_core::section::MAX_SAMPLES;
+use glimpse_materials::setting::Name;
+use glimpse_materials::{Identity, MODELS, Origin, SourceShare};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 
 use super::identity::{RunIdentity, digest};
-use super::outer::CheckpointOptions;
-use super::plan::{Effort, PretrainedInit, Schedule, TrainedParts};
-use super::scan_budget::{Motion, ScanBudget, ScanBudgetError};
 use super::tasks::task::Noise;
-use crate::linear::Prior;
-use crate::route::MachineError;
+use crate::choice::Choice;
+use crate::route::{LimitArgs, Machine, MachineError, SpeedArgs};
 
-/// The options of a training run.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// The model.
+/// The options of a training: all that determines a recipe, except for the materials.
+///
+/// The command line, Python's parameters, and the metadata of recipes are derived from this type.
+#[derive(Args, Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrainingOptions {
+    /// Model to fit
+    #[arg(long, value_parser = model_parser())]
     pub model: ModelKind,
-    /// The number of samples, n, 1 to 4,096. With schedule prior also 0: a recipe without a pattern.
+    /// Number n of samples that the scanner measures, 1 to 4096; `any` for readings at any directions
+    // 0 stands for `any`: a recipe without a pattern.
+    #[arg(
+        long,
+        short = 'n',
+        value_name = "N",
+        allow_negative_numbers = true,
+        value_parser = sample_count
+    )]
     pub samples: usize,
-    /// The schedule.
+    /// Training schedule
+    #[arg(long, value_enum, default_value_t = Schedule::Prior)]
     pub schedule: Schedule,
-    /// The effort.
+    /// Length of the training
+    #[arg(long, value_enum, default_value_t = Effort::Standard)]
     pub effort: Effort,
-    /// The trained parts.
+    /// The seed of all random numbers.
+    #[arg(skip)]
+    pub seed: u64,
+    /// Schedule paper: the trained parts.
+    #[arg(skip)]
     pub parts: TrainedParts,
-    /// The initial parameters and step sizes for [`TrainedParts::PatternOnly`]; ignored by other parts.
-    pub pretrained: Option<PretrainedInit>,
-    /// The prior of Linear's coefficients with schedule paper; ignored by other models and schedules.
-    pub prior: Prior,
-    /// Options of schedule prior; ignored by other schedules.
-    pub completion_options: CompletionOptions,
     /// Schedule prior: the directions of the first samples, at most n, which are not trained; angles in radians.
-    pub fixed: Vec<Angles<f32>>,
+    #[arg(skip)]
+    pub pattern: Vec<Angles<f32>>,
     /// The sources of the materials, and the share of training tasks drawn from each. If empty, the sources are unknown
     /// and all materials have equal shares.
+    #[arg(skip)]
     pub source_shares: Vec<SourceShare>,
-    /// The seed of all random numbers.
-    pub seed: u64,
-    /// The options of checkpoints; None disables them.
-    pub checkpoints: Option<CheckpointOptions>,
+    /// Schedule prior: relative weight of each --data in training, above 0, for example 3,1
+    /// [default: all materials have the same weight]
+    #[arg(long, value_name = "SHARE", value_delimiter = ',')]
+    pub share: Vec<f32>,
+    /// Schedule prior: share of training tasks with missing readings, 0 to 1. If it is above 0, for
+    /// example 0.5, the recipe tolerates missing readings. Without --scan-seconds, the first samples of
+    /// its pattern are then the most informative, for scans that end early [default: 0; 0.5 for more than 32 samples, where
+    /// it lowers the loss]
+    #[arg(long, value_name = "SHARE")]
+    pub missing: Option<f32>,
+    /// Schedule prior: standard deviation of the readings' noise, relative to each value, 0 to 0.5:
+    /// 0.02 is 2 %
+    #[arg(long, value_name = "S", default_value_t = 0.0)]
+    pub noise: f32,
+    /// Schedule prior: standard deviation of noise that does not depend on the value, relative to the
+    /// BRDF 1/pi of a white surface, 0 to 0.5: 0.01 is 1 %
+    #[arg(long, value_name = "S", default_value_t = 0.0)]
+    pub additive: f32,
+    /// Schedule prior: number of quantization levels of the sensor between darkness and a white
+    /// surface that faces the light; 0 for no quantization
+    #[arg(long, value_name = "COUNT", default_value_t = 0)]
+    pub levels: u32,
+    /// Schedule prior: share of procedural materials in training, 0 to 0.99
+    #[arg(long, value_name = "SHARE", default_value_t = Self::PROCEDURAL_SHARE)]
+    pub procedural: f32,
+    /// Schedule prior: limits of the machine.
+    #[command(flatten)]
+    pub limits: LimitArgs,
+    /// Schedule prior: longest time of a scan in seconds, 0.001 to 1,000,000, by the rules of `trainer plan`: motion, and
+    /// settling at each sample. The pattern and its order are trained to keep within it [default: any
+    /// time]
+    #[arg(long, value_name = "SECONDS")]
+    pub scan_seconds: Option<f64>,
+    /// With a time of a scan: the speeds of the axes.
+    #[command(flatten)]
+    pub speeds: SpeedArgs,
+    /// Model linear, schedule paper: number of principal components, 1 to 1024; fewer if the materials are few
+    #[arg(long, value_name = "COUNT", default_value_t = Self::PAPER_BASES)]
+    pub bases: usize,
+    /// Model linear, schedule paper: precision of the prior of every coefficient, 1e-6 to 1e9
+    #[arg(long, default_value_t = Self::PAPER_ETA)]
+    pub eta: f32,
 }
 
-impl Options {
-    /// Creates options that train all parts for n = `samples`, 1 to 4,096. The prior of Linear is the paper's, the
-    /// completion options are [`CompletionOptions::for_samples`], and checkpoints are disabled.
+/// The training schedule.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Schedule {
+    /// The two stages of the paper: initial parameters and step sizes on random samples, then the pattern alone.
+    Paper,
+    /// A learned prior: a small network maps readings to coefficients, and is trained jointly with the pattern. Except
+    /// for Linear, a second network maps the coefficients to the start of a descent.
+    Prior,
+}
+
+/// The training effort.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Effort {
+    /// A few seconds, for a first look; 1/500 of the paper's steps with schedule paper.
+    Brief,
+    /// 10 to 120 seconds on two cores, for experiments; 1/100 of the paper's steps with schedule paper.
+    Quick,
+    /// 1 to 5 minutes on two cores, for regular use; 1/10 of the paper's steps with schedule paper.
+    Standard,
+    /// 15 minutes to hours, for a loss a few percent lower; all of the paper's steps with schedule paper.
+    Long,
+}
+
+/// The parts of a recipe that are trained. Schedule prior trains all.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TrainedParts {
+    /// Initial parameters, step sizes and pattern.
+    #[default]
+    All,
+    /// All parts, then initial parameters and step sizes again, then the pattern again.
+    AllTwice,
+    /// The pattern only, for pretrained initial parameters and step sizes. Linear has neither.
+    PatternOnly(Option<PretrainedInit>),
+}
+
+/// Pretrained initial parameters and step sizes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PretrainedInit {
+    /// The initial parameters, theta_0.
+    pub initial: Vec<f32>,
+    /// The step sizes, alpha.
+    pub step_sizes: Vec<f32>,
+}
+
+/// Invalid options of a training.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum OptionsError {
+    /// The number of samples, n, is out of range.
+    #[error(
+        "{name} is {0}; choose 1 to {MAX_SAMPLES}, or any with {schedule} prior",
+        name = Name("samples"),
+        schedule = Name("schedule")
+    )]
+    Samples(usize),
+    /// A number is out of range.
+    #[error("{} must be {} to {}, not {value}", Name(.name), .range.start(), .range.end())]
+    Range {
+        /// The option.
+        name: &'static str,
+        /// The range.
+        range: RangeInclusive<f32>,
+        /// The value.
+        value: f32,
+    },
+    /// An option has no effect beside the other ones.
+    #[error(
+        "{} has no effect with {} {model}, {} {}, {} {} and {} {}: remove it",
+        Name(.name), Name("model"), Name("schedule"), .schedule.name(), Name("samples"),
+        if *.samples == 0 { "any".to_owned() } else { samples.to_string() },
+        if .scan_seconds.is_some() { "a number of" } else { "no" }, Name("scan_seconds")
+    )]
+    NoEffect {
+        /// The option.
+        name: String,
+        /// The model.
+        model: ModelKind,
+        /// The schedule.
+        schedule: Schedule,
+        /// The number of samples.
+        samples: usize,
+        /// The longest time of a scan.
+        scan_seconds: Option<f64>,
+    },
+    /// The machine is invalid.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+    /// The arms cannot reach the minimum separation within the limits of the polar angles. Holds the maximum possible
+    /// separation in degrees.
+    #[error(
+        "{separation} must be at most twice the lesser of {theta_i} and {theta_o}, {0:.1} degrees here",
+        separation = Name::MIN_SEPARATION,
+        theta_i = Name::MAX_THETA_I,
+        theta_o = Name::MAX_THETA_O
+    )]
+    Separation(f32),
+    /// There are more fixed directions than samples.
+    #[error(
+        "{} has {fixed} directions, and {} is {samples}: give a larger number",
+        Name("pattern"),
+        Name("samples")
+    )]
+    FixedCount {
+        /// The number of fixed directions.
+        fixed: usize,
+        /// The number of samples.
+        samples: usize,
+    },
+    /// The machine does not reach a fixed direction.
+    #[error("{}: row {row}: {reason}", Name("pattern"))]
+    FixedReach {
+        /// Its row, from 1.
+        row: usize,
+        /// The limit that is exceeded.
+        reason: glimpse_core::error::Error,
+    },
+}
+
+/// Returns a parser of the names of models.
+#[must_use]
+pub fn model_parser() -> impl TypedValueParser<Value = ModelKind> {
+    PossibleValuesParser::new(MODELS.map(ModelKind::name)).try_map(|name| {
+        let mut models = MODELS.into_iter();
+        models
+            .find(|model| model.name() == name)
+            .ok_or("unknown name")
+    })
+}
+
+/// Parses the number of samples; 0 for `any`.
+fn sample_count(text: &str) -> Result<usize, String> {
+    if text == "any" {
+        return Ok(0);
+    }
+    let count = text.parse().ok();
+    count
+        .filter(|count| (1..=MAX_SAMPLES).contains(count))
+        .ok_or_else(|| format!("give an integer from 1 to {MAX_SAMPLES}, or any"))
+}
+
+fn check_range(
+    name: &'static str,
+    value: f32,
+    range: RangeInclusive<f32>,
+) -> Result<(), OptionsError> {
+    if range.contains(&value) {
+        Ok(())
+    } else {
+        Err(OptionsError::Range { name, range, value })
+    }
+}
+
+impl TrainingOptions {
+    /// The fields that hold several options, each with a name of its own.
+    pub const GROUPS: [&'static str; 2] = ["limits", "speeds"];
+    /// The number of principal components in the paper, after Nielsen et al.
+    pub const PAPER_BASES: usize = 5;
+    /// The precision of all coefficients in the paper, after Nielsen et al.
+    pub const PAPER_ETA: f32 = 40.0;
+    /// The default share of procedural materials.
+    const PROCEDURAL_SHARE: f32 = 0.4;
+    /// The number of added procedural materials, and the seed of their set.
+    pub const PROCEDURAL_SET: (usize, u64) = (400, 5);
+    /// The maximum number of samples for which training uses complete readings by default.
+    pub const MAX_COMPLETE_SAMPLES: usize = 32;
+
+    /// Creates options with defaults for n = `samples`, 1 to 4,096; 0 for a recipe without a pattern.
     #[must_use]
     pub fn new(
         model: ModelKind,
@@ -65,239 +282,150 @@ impl Options {
             samples,
             schedule,
             effort,
-            parts: TrainedParts::All,
-            pretrained: None,
-            prior: Prior::PAPER,
-            completion_options: CompletionOptions::for_samples(samples),
-            fixed: Vec::new(),
-            source_shares: Vec::new(),
             seed,
-            checkpoints: None,
-        }
-    }
-}
-
-impl Options {
-    /// Returns the options with directions that are not trained, as the first samples; angles in radians.
-    ///
-    /// # Errors
-    /// If the schedule is not prior, there are more directions than samples, the time of a scan has a budget, or a
-    /// direction is out of reach.
-    pub fn with_fixed(self, fixed: Vec<Angles<f32>>) -> Result<Self, OptionsError> {
-        let no_effect = |required, value| OptionsError::NoEffect {
-            setting: Setting::Pattern,
-            required,
-            value,
-        };
-        if fixed.is_empty() {
-            return Ok(self);
-        }
-        if self.schedule != Schedule::Prior {
-            return Err(no_effect(Setting::Schedule, "prior"));
-        }
-        if self.completion_options.scan.is_some() {
-            return Err(no_effect(Setting::ScanSeconds, "to be absent"));
-        }
-        if fixed.len() > self.samples {
-            return Err(OptionsError::FixedCount {
-                fixed: fixed.len(),
-                samples: self.samples,
-            });
-        }
-        for (angles, row) in fixed.iter().zip(1..) {
-            let directions = HalfDifference::from_angles(*angles).directions();
-            let check = self.completion_options.limits.check(&directions);
-            check.map_err(|reason| OptionsError::FixedReach { row, reason })?;
-        }
-        Ok(Self { fixed, ..self })
-    }
-}
-
-/// Simulated readings and additional materials in training with schedule prior.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct CompletionOptions {
-    /// The share of tasks with missing readings, 0 to 1; a recipe trained with 0 needs all readings.
-    pub missing: f32,
-    /// The relative standard deviation of multiplicative reading noise, 0 to 0.5.
-    pub noise: f32,
-    /// The standard deviation of additive reading noise, 0 to 0.5, as a share of the BRDF of a white diffuse surface,
-    /// 1/π.
-    pub additive: f32,
-    /// The number of quantization levels of the sensor from darkness to a white surface facing the light; 0 disables
-    /// quantization.
-    pub levels: u32,
-    /// The share of tasks that are procedural materials, 0 to 0.99.
-    pub procedural: f32,
-    /// The limits of the goniometer.
-    pub limits: Limits,
-    /// The budget for the time of a scan; None for any time.
-    pub scan: Option<ScanBudget>,
-}
-
-impl Default for CompletionOptions {
-    fn default() -> Self {
-        Self {
-            missing: 0.0,
+            parts: TrainedParts::All,
+            pattern: Vec::new(),
+            source_shares: Vec::new(),
+            share: Vec::new(),
+            missing: None,
             noise: 0.0,
             additive: 0.0,
             levels: 0,
-            procedural: 0.4,
-            limits: Limits::NONE,
-            scan: None,
+            procedural: Self::PROCEDURAL_SHARE,
+            limits: LimitArgs::default(),
+            scan_seconds: None,
+            speeds: SpeedArgs::default(),
+            bases: Self::PAPER_BASES,
+            eta: Self::PAPER_ETA,
         }
     }
-}
 
-/// Invalid options of a training.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{}", self.message(Setting::name))]
-pub enum OptionsError {
-    /// A number is out of range.
-    Range {
-        /// The option.
-        setting: Setting,
-        /// The range.
-        range: RangeInclusive<f32>,
-        /// The value.
-        value: f32,
-    },
-    /// An option has no effect.
-    NoEffect {
-        /// The option.
-        setting: Setting,
-        /// The option that it requires.
-        required: Setting,
-        /// The value that it requires.
-        value: &'static str,
-    },
-    /// The machine is invalid.
-    Machine(#[from] MachineError),
-    /// The arms cannot reach the minimum separation within the limits of the polar angles. Holds the maximum possible
-    /// separation in degrees.
-    Separation(f32),
-    /// The budget for the time of a scan is impossible.
-    ScanBudget(#[from] ScanBudgetError),
-    /// There are more fixed directions than samples.
-    FixedCount {
-        /// The number of fixed directions.
-        fixed: usize,
-        /// The number of samples.
-        samples: usize,
-    },
-    /// The machine does not reach a fixed direction.
-    FixedReach {
-        /// Its row, from 1.
-        row: usize,
-        /// The limit that is exceeded.
-        reason: glimpse_core::error::Error,
-    },
-}
-
-impl SettingError for OptionsError {
-    fn message(&self, name: SettingNames) -> String {
-        match self {
-            Self::Range {
-                setting,
-                range,
-                value,
-            } => format!(
-                "{} must be {} to {}, not {value}",
-                name(*setting),
-                range.start(),
-                range.end()
-            ),
-            Self::NoEffect {
-                setting,
-                required,
-                value,
-            } => format!(
-                "{} has no effect: it requires {} {value}; remove it",
-                name(*setting),
-                name(*required)
-            ),
-            Self::Machine(error) | Self::ScanBudget(ScanBudgetError::Machine(error)) => {
-                error.message(name)
-            }
-            Self::Separation(max) => {
-                let [theta_i, theta_o, separation] = Setting::LIMITS.map(name);
-                format!(
-                    "{separation} must be at most twice the lesser of {theta_i} and {theta_o}, \
-                     {max:.1} degrees here"
-                )
-            }
-            Self::ScanBudget(error) => format!("{}: {error}", name(Setting::ScanSeconds)),
-            Self::FixedCount { fixed, samples } => {
-                let [pattern, count] = [Setting::Pattern, Setting::Samples].map(name);
-                format!(
-                    "{pattern} has {fixed} directions, and {count} is {samples}: give a larger number"
-                )
-            }
-            Self::FixedReach { row, reason } => {
-                format!("{}: row {row}: {reason}", name(Setting::Pattern))
-            }
-        }
-    }
-}
-
-/// Checks the range of an option.
-pub(super) fn check_range(
-    setting: Setting,
-    value: f32,
-    range: RangeInclusive<f32>,
-) -> Result<(), OptionsError> {
-    match range.contains(&value) {
-        true => Ok(()),
-        false => Err(OptionsError::Range {
-            setting,
-            range,
-            value,
-        }),
-    }
-}
-
-impl CompletionOptions {
-    /// The number of added procedural materials, and the seed of their set.
-    pub const PROCEDURAL_SET: (usize, u64) = (400, 5);
-    /// The label of that set.
-    const PROCEDURAL_LABEL: &str = "procedural:400:5";
-
-    /// The maximum number of samples for which training uses complete readings by default.
-    pub const MAX_COMPLETE_SAMPLES: usize = 32;
-
-    /// Returns the defaults for n samples. Above [`CompletionOptions::MAX_COMPLETE_SAMPLES`], half of the tasks have
-    /// missing readings: a network that is always trained with more than 32 readings overfits the training materials.
+    /// Returns the options with the default of each that has no effect beside the others.
     #[must_use]
-    pub fn for_samples(samples: usize) -> Self {
-        Self {
-            missing: if samples > Self::MAX_COMPLETE_SAMPLES {
-                0.5
-            } else {
-                0.0
+    pub fn normalized(&self) -> Self {
+        let plain = Self::new(
+            self.model,
+            self.samples,
+            self.schedule,
+            self.effort,
+            self.seed,
+        );
+        let mut options = match self.schedule {
+            Schedule::Prior => Self {
+                parts: plain.parts.clone(),
+                bases: plain.bases,
+                eta: plain.eta,
+                ..self.clone()
             },
-            ..Self::default()
+            Schedule::Paper => Self {
+                parts: self.parts.clone(),
+                source_shares: self.source_shares.clone(),
+                bases: self.bases,
+                eta: self.eta,
+                ..plain.clone()
+            },
+        };
+        if self.model != ModelKind::Linear {
+            options.bases = plain.bases;
+            options.eta = plain.eta;
         }
+        if self.samples == 0 {
+            // Without a pattern, only the materials matter.
+            options = Self {
+                source_shares: options.source_shares,
+                share: options.share,
+                procedural: options.procedural,
+                ..plain
+            };
+        }
+        match options.scan_seconds {
+            None => options.speeds = SpeedArgs::default(),
+            // Fixed directions have their own time.
+            Some(_) => options.pattern.clear(),
+        }
+        options
     }
 
-    /// Checks all ranges, and the consistency of the limits and of the time of a scan with n samples.
+    /// Checks all ranges, and that each option has an effect.
     ///
     /// # Errors
-    /// Returns the first invalid option.
-    pub fn validate(&self, samples: usize) -> Result<(), OptionsError> {
-        check_range(Setting::Missing, self.missing, 0.0..=1.0)?;
-        check_range(Setting::Noise, self.noise, 0.0..=0.5)?;
-        check_range(Setting::Additive, self.additive, 0.0..=0.5)?;
-        check_range(Setting::Procedural, self.procedural, 0.0..=0.99)?;
-        self.limits.validate().map_err(MachineError::Limits)?;
+    /// The first invalid option.
+    pub fn validate(&self) -> Result<(), OptionsError> {
+        let is_any = self.samples == 0 && self.schedule == Schedule::Prior;
+        if !is_any && !(1..=MAX_SAMPLES).contains(&self.samples) {
+            return Err(OptionsError::Samples(self.samples));
+        }
+        if let Some((name, _)) = self.differences(&self.normalized()).into_iter().next() {
+            return Err(OptionsError::NoEffect {
+                name,
+                model: self.model,
+                schedule: self.schedule,
+                samples: self.samples,
+                scan_seconds: self.scan_seconds,
+            });
+        }
+        check_range("missing", self.missing(), 0.0..=1.0)?;
+        check_range("noise", self.noise, 0.0..=0.5)?;
+        check_range("additive", self.additive, 0.0..=0.5)?;
+        check_range("procedural", self.procedural, 0.0..=0.99)?;
+        check_range("bases", self.bases as f32, 1.0..=1024.0)?;
+        check_range("eta", self.eta, 1e-6..=1e9)?;
+        let limits = self.limits.or(Limits::NONE)?;
         // Training moves a sample within the limits by moving both arms to equal polar angles.
-        let max = 2.0 * self.limits.max_theta_i.min(self.limits.max_theta_o);
-        if self.limits.min_separation > max {
+        let max = 2.0 * limits.max_theta_i.min(limits.max_theta_o);
+        if limits.min_separation > max {
             return Err(OptionsError::Separation(max.to_degrees()));
         }
-        if let Some(scan) = &self.scan {
-            check_range(Setting::ScanSeconds, scan.seconds as f32, 1e-3..=1e6)?;
-            scan.validate(self.limits, samples)?;
+        if let Some(seconds) = self.scan_seconds {
+            check_range("scan_seconds", seconds as f32, 1e-3..=1e6)?;
+        }
+        self.machine().validate()?;
+        if self.pattern.len() > self.samples {
+            return Err(OptionsError::FixedCount {
+                fixed: self.pattern.len(),
+                samples: self.samples,
+            });
+        }
+        for (angles, row) in self.pattern.iter().zip(1..) {
+            let directions = HalfDifference::from_angles(*angles).directions();
+            limits
+                .check(&directions)
+                .map_err(|reason| OptionsError::FixedReach { row, reason })?;
         }
         Ok(())
+    }
+
+    /// Returns the names and values of the options that differ from other ones.
+    #[must_use]
+    pub fn differences(&self, other: &Self) -> Vec<(String, Value)> {
+        let other = other.to_map();
+        let differs = |(name, value): &(String, Value)| other.get(name) != Some(value);
+        self.to_map().into_iter().filter(differs).collect()
+    }
+
+    /// Returns all options by their names in Python.
+    fn to_map(&self) -> Map<String, Value> {
+        // A number of a `Value` from an f32 would have all digits of an f64; one from text is short.
+        let text = serde_json::to_string(self).expect("numbers, text and lists have a JSON form");
+        let mut map: Map<String, Value> = serde_json::from_str(&text).expect("an object");
+        for group in Self::GROUPS {
+            if let Some(Value::Object(options)) = map.remove(group) {
+                map.extend(options);
+            }
+        }
+        map
+    }
+
+    /// Returns the share of training tasks with missing readings. Above [`Self::MAX_COMPLETE_SAMPLES`], it is half by
+    /// default: a network that is always trained with more than 32 readings overfits the training materials.
+    #[must_use]
+    pub fn missing(&self) -> f32 {
+        let default = if self.samples > Self::MAX_COMPLETE_SAMPLES {
+            0.5
+        } else {
+            0.0
+        };
+        self.missing.unwrap_or(default)
     }
 
     /// Returns the noise in the form of recipes: additive noise in sr⁻¹.
@@ -309,131 +437,60 @@ impl CompletionOptions {
             levels: self.levels,
         }
     }
-}
 
-impl fmt::Display for CompletionOptions {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            missing,
-            noise,
-            additive,
-            levels,
-            procedural,
-            limits,
-            scan,
-        } = self;
-        write!(f, "missing readings {missing}, noise {noise}")?;
-        if *additive > 0.0 {
-            write!(f, " and {additive} of white")?;
-        }
-        if *levels > 0 {
-            write!(f, ", {levels} levels")?;
-        }
-        write!(f, ", procedural {procedural}")?;
-        if *limits != Limits::NONE {
-            write!(
-                f,
-                ", theta_i to {:.1}, theta_o to {:.1}, {:.1} degrees apart",
-                limits.max_theta_i.to_degrees(),
-                limits.max_theta_o.to_degrees(),
-                limits.min_separation.to_degrees()
-            )?;
-        }
-        if limits.in_plane {
-            write!(f, ", in one plane")?;
-        }
-        if let Some(scan) = scan {
-            write!(f, ", scans of {} s", scan.seconds)?;
-        }
-        Ok(())
-    }
-}
-
-/// The options that affect the result. Options without effect are omitted.
-#[derive(Serialize)]
-struct DigestedOptions<'a> {
-    model: ModelKind,
-    samples: usize,
-    schedule: Schedule,
-    effort: Effort,
-    parts: TrainedParts,
-    pretrained: Option<&'a PretrainedInit>,
-    prior: Option<Prior>,
-    completion_options: Option<CompletionOptions>,
-    source_shares: &'a [SourceShare],
-    seed: u64,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    fixed: Vec<[f32; 3]>,
-}
-
-impl Options {
-    /// Returns the digest of all options that affect the result. The checkpoint options are not among them.
+    /// Returns the limits of the machine, in radians. Invalid ones, which [`Self::validate`] refuses, are ignored.
     #[must_use]
-    pub fn digest(&self) -> u64 {
-        let fixed = self.fixed.iter();
-        let fixed = fixed.map(|each| [each.theta_h, each.theta_d, each.phi_d]);
-        digest(&DigestedOptions {
-            model: self.model,
-            samples: self.samples,
-            schedule: self.schedule,
-            effort: self.effort,
-            parts: self.parts,
-            pretrained: self
-                .pretrained
-                .as_ref()
-                .filter(|_| self.parts == TrainedParts::PatternOnly),
-            prior: Some(self.prior)
-                .filter(|_| self.model == ModelKind::Linear && self.schedule == Schedule::Paper),
-            completion_options: self.completion_options(),
-            source_shares: &self.source_shares,
-            seed: self.seed,
-            fixed: fixed.collect(),
-        })
+    pub fn limits(&self) -> Limits {
+        self.limits.or(Limits::NONE).unwrap_or(Limits::NONE)
+    }
+
+    /// Returns the machine that the pattern is trained for.
+    #[must_use]
+    pub fn machine(&self) -> Machine {
+        let default = Machine::default();
+        Machine {
+            speeds: self.speeds.speed.unwrap_or(default.speeds),
+            settle: self.speeds.settle.unwrap_or(default.settle),
+            limits: self.limits(),
+            ..default
+        }
     }
 
     /// Returns the identity of a run with these options and materials.
     #[must_use]
     pub fn identity(&self, materials: &[Identity]) -> RunIdentity {
-        let list = materials.iter().map(|each| (&each.name[..], each.digest));
+        let effective = Self {
+            missing: Some(self.missing()),
+            // The shares of sources hold them.
+            share: Vec::new(),
+            ..self.normalized()
+        };
         RunIdentity {
-            options: self.digest(),
-            materials: digest(&list.collect::<Vec<_>>()),
+            options: digest(&effective),
+            materials: digest(materials),
         }
     }
 
-    /// Returns the sources of the training tasks for the recipe: those of the materials, and the added procedural
-    /// materials. Empty if the sources are unknown.
+    /// Returns the sources of the training tasks: those of the materials, and the added procedural materials. Empty if
+    /// the sources are unknown.
     #[must_use]
     pub fn sources(&self) -> Vec<SourceShare> {
-        let procedural_share = self
-            .completion_options()
-            .map_or(0.0, |each| each.procedural);
+        let procedural_share = match self.schedule {
+            Schedule::Prior => self.procedural,
+            Schedule::Paper => 0.0,
+        };
         let own = self.source_shares.iter().map(|source_share| SourceShare {
             share: source_share.share * (1.0 - procedural_share),
             ..source_share.clone()
         });
+        let (materials, seed) = Self::PROCEDURAL_SET;
         let procedural = SourceShare {
-            label: CompletionOptions::PROCEDURAL_LABEL.to_owned(),
+            label: format!("procedural:{materials}:{seed}"),
             origin: Origin::BuiltIn,
-            materials: CompletionOptions::PROCEDURAL_SET.0,
+            materials,
             share: procedural_share,
         };
         let has_procedural = procedural_share > 0.0 && !self.source_shares.is_empty();
         own.chain(has_procedural.then_some(procedural)).collect()
     }
-
-    /// Returns the motion of a scan, if its time has a budget.
-    #[must_use]
-    pub fn motion(&self) -> Option<Motion> {
-        let CompletionOptions { limits, scan, .. } = self.completion_options()?;
-        Some(Motion::new(scan?, limits, self.samples))
-    }
-
-    /// Returns the options of schedule prior, or None for other schedules.
-    fn completion_options(&self) -> Option<CompletionOptions> {
-        Some(self.completion_options).filter(|_| self.schedule == Schedule::Prior)
-    }
 }
-
-#[cfg(test)]
-mod tests;

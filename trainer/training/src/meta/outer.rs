@@ -35,13 +35,11 @@ pub struct Progress {
 /// A callback after each outer step, which may stop the run.
 pub type Observer<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + Send + 'a;
 
-/// The location and interval of checkpoints.
+/// The location of checkpoints.
 #[derive(Clone, Debug)]
-pub struct CheckpointOptions {
+pub struct Checkpoints {
     /// The directory of all checkpoint files.
     pub directory: PathBuf,
-    /// The time between two checkpoints; 0 writes one after every step.
-    pub interval: Duration,
     /// True to resume from an existing checkpoint.
     pub resume: bool,
 }
@@ -69,6 +67,14 @@ pub struct PathOfSamples<'a> {
     pub permute: &'a dyn Fn(Values, &[usize]) -> Values,
 }
 
+/// The maximum time between two checkpoints.
+const MAX_INTERVAL: Duration = Duration::from_secs(10);
+
+/// Returns true if a checkpoint is due: a killed run loses at most a twentieth of its time, and 10 s.
+fn is_due(begin: Instant, last_saved: Instant) -> bool {
+    last_saved.elapsed() >= MAX_INTERVAL.min(begin.elapsed() / 20)
+}
+
 /// The outer loop of one run.
 pub struct OuterLoop<'a> {
     /// The first meta-parameters.
@@ -79,8 +85,8 @@ pub struct OuterLoop<'a> {
     pub path: Option<PathOfSamples<'a>>,
     /// The identity of the run. Checkpoints of other runs are rejected.
     pub identity: RunIdentity,
-    /// The options of checkpoints; None disables them.
-    pub checkpoints: Option<&'a CheckpointOptions>,
+    /// The checkpoints; None disables them.
+    pub checkpoints: Option<&'a Checkpoints>,
     /// The index of this run in the training. Each run has its own checkpoint file.
     pub stage: usize,
 }
@@ -93,7 +99,8 @@ impl OuterLoop<'_> {
     pub fn run(&self, observer: &mut Observer<'_>) -> Result<Values, RunError> {
         let mut state = self.initial_state()?;
         let total = self.phases.iter().map(|phase| phase.steps).sum();
-        let mut last_saved = Instant::now();
+        let begin = Instant::now();
+        let mut last_saved = begin;
         while let Some((phase, outer_step)) = self.outer_step(state.done) {
             self.advance(&mut state, phase, outer_step);
             let stop = observer(&Progress {
@@ -110,7 +117,7 @@ impl OuterLoop<'_> {
             });
             let stop = stop.is_break() && state.done < total;
             if let Some(checkpoints) = self.checkpoints
-                && (stop || state.done == total || last_saved.elapsed() >= checkpoints.interval)
+                && (stop || state.done == total || is_due(begin, last_saved))
             {
                 state.write(&self.checkpoint_path(checkpoints))?;
                 last_saved = Instant::now();
@@ -161,7 +168,7 @@ impl OuterLoop<'_> {
         Ok(Checkpoint::new(self.identity, self.initial.clone()))
     }
 
-    fn checkpoint_path(&self, checkpoints: &CheckpointOptions) -> PathBuf {
+    fn checkpoint_path(&self, checkpoints: &Checkpoints) -> PathBuf {
         Checkpoint::path(&checkpoints.directory, self.stage)
     }
 

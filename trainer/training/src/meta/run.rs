@@ -1,14 +1,12 @@
 //! A complete training run, from materials to the content of a recipe.
 
-use glimpse_core::section::MAX_SAMPLES;
 use glimpse_materials::{Material, SourceShare};
 
 use super::checkpoint::CheckpointError;
 use super::learned::LearnedRecipe;
-use super::options::{Options, OptionsError};
-use super::outer::{Observer, RunError};
-use super::plan::{Schedule, TrainedParts};
-use super::scan_budget::ScanBudgetError;
+use super::options::{OptionsError, Schedule, TrainingOptions};
+use super::outer::{Checkpoints, Observer, RunError};
+use super::scan_budget::{Motion, ScanBudgetError};
 use super::{paper, prior};
 
 pub use super::paper::INNER_STEPS;
@@ -22,9 +20,6 @@ pub enum TrainError {
     /// The materials have no variances.
     #[error("the training materials are too few or all the same; give more of them")]
     TooFewMaterials,
-    /// The number of samples, n, is out of range.
-    #[error("the number of samples is {0}; choose 1 to {max}, or any with the schedule prior", max = MAX_SAMPLES)]
-    Samples(usize),
     /// Source shares do not match the materials, or are not positive numbers with sum 1.
     #[error(
         "the source shares cover {source_shares} materials, but {materials} were given; list each source with its \
@@ -36,9 +31,6 @@ pub enum TrainError {
         /// The number of materials.
         materials: usize,
     },
-    /// Schedule prior trains all parts, and Linear has nothing to train without a pattern.
-    #[error("the parts \"{}\" cannot be trained with these options; choose \"all\"", .0.name())]
-    Parts(TrainedParts),
     /// The options are invalid.
     #[error(transparent)]
     Options(#[from] OptionsError),
@@ -63,38 +55,45 @@ impl From<RunError> for TrainError {
     }
 }
 
+/// Checks the options of a training, before its materials are loaded.
+///
+/// # Errors
+/// [`TrainError::Options`] or [`TrainError::ScanBudget`].
+pub fn check(options: &TrainingOptions) -> Result<(), TrainError> {
+    options.validate()?;
+    if let Some(motion) = Motion::of(options) {
+        motion.validate()?;
+    }
+    Ok(())
+}
+
 /// Trains a recipe, calling `observer` after each outer step.
 ///
 /// The result depends only on the options and the materials. The number of threads, and stopping and resuming, do not
-/// change it.
+/// change it. Without `checkpoints`, no state is saved.
 ///
 /// # Errors
 /// See [`TrainError`].
 pub fn train(
-    options: &Options,
+    options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
+    checkpoints: Option<&Checkpoints>,
     observer: &mut Observer<'_>,
 ) -> Result<LearnedRecipe, TrainError> {
     if materials.is_empty() {
         return Err(TrainError::NoMaterials);
     }
-    let is_any = options.samples == 0 && options.schedule == Schedule::Prior;
-    if !is_any && !(1..=MAX_SAMPLES).contains(&options.samples) {
-        return Err(TrainError::Samples(options.samples));
-    }
-    if options.schedule == Schedule::Prior && options.parts != TrainedParts::All {
-        return Err(TrainError::Parts(options.parts));
-    }
-    options.completion_options.validate(options.samples)?;
+    check(options)?;
     check_source_shares(&options.source_shares, materials.len())?;
     // Run on a thread of the rayon pool: other threads would pass each parallel loop to the pool and wait.
     rayon::scope(|_| match options.schedule {
-        Schedule::Paper => Ok(paper::train(options, materials, observer)?),
-        Schedule::Prior if is_any => {
-            let learned = prior::train_at_any_directions(options, materials, observer)?;
+        Schedule::Paper => Ok(paper::train(options, materials, checkpoints, observer)?),
+        Schedule::Prior if options.samples == 0 => {
+            let learned =
+                prior::train_at_any_directions(options, materials, checkpoints, observer)?;
             learned.ok_or(TrainError::TooFewMaterials)
         }
-        Schedule::Prior => Ok(prior::train(options, materials, observer)?),
+        Schedule::Prior => Ok(prior::train(options, materials, checkpoints, observer)?),
     })
 }
 

@@ -5,37 +5,22 @@
 //! time the samples are put into the fastest order.
 
 use glimpse_core::geometry::Angles;
-use glimpse_core::gonio::Limits;
 use glimpse_kernels::Dual;
 use glimpse_materials::basis::angles_to_f64;
-use serde::{Deserialize, Serialize};
+use glimpse_materials::setting::Name;
 
+use super::options::TrainingOptions;
 use super::pattern::{Pattern, logits_from_reachable, reachable_angles};
-use crate::route::{
-    Axes, Machine, MachineError, Order, Route, Stop, axes_from_angles, move_seconds,
-};
+use crate::route::{Axes, Machine, Order, Route, Stop, axes_from_angles, move_seconds};
 
-/// A budget for the time of a scan, and the machine that scans.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ScanBudget {
-    /// The maximum time of motion and settling from [`Machine::default`]'s start to the last reading, in seconds.
-    pub seconds: f64,
-    /// The speeds of the axes in degrees per second, with the range of [`Machine::speeds`].
-    pub speeds: Axes,
-    /// The time to settle and to read at each sample, in seconds.
-    pub settle: f64,
-}
-
-/// An error of a [`ScanBudget`].
+/// A budget that no pattern keeps.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ScanBudgetError {
-    /// The machine is invalid.
-    #[error(transparent)]
-    Machine(#[from] MachineError),
     /// The samples take as long as the whole scan without any motion.
     #[error(
-        "a scan of {samples} samples takes {settling} s without motion, and the budget is {seconds} s; allow more \
-         seconds, fewer samples, or less time at each"
+        "{}: a scan of {samples} samples takes {settling} s without motion, and the budget is {seconds} s; allow more \
+         seconds, fewer samples, or less time at each",
+        Name("scan_seconds")
     )]
     NoMotion {
         /// The number of samples.
@@ -47,8 +32,9 @@ pub enum ScanBudgetError {
     },
     /// The arms cannot move as fast.
     #[error(
-        "the fastest pattern that was found takes {reached:.1} s, and the budget is {seconds} s; allow more seconds or \
-         fewer samples"
+        "{}: the fastest pattern that was found takes {reached:.1} s, and the budget is {seconds} s; allow more seconds \
+         or fewer samples",
+        Name("scan_seconds")
     )]
     TooFast {
         /// The time of the fastest pattern, in seconds.
@@ -56,39 +42,6 @@ pub enum ScanBudgetError {
         /// The budget, in seconds.
         seconds: f64,
     },
-}
-
-impl ScanBudget {
-    /// Returns the machine, with these limits.
-    #[must_use]
-    pub fn machine(&self, limits: Limits) -> Machine {
-        Machine {
-            speeds: self.speeds,
-            settle: self.settle,
-            limits,
-            ..Machine::default()
-        }
-    }
-
-    /// Checks the machine, and that the time is sufficient for motion to a pattern near the start.
-    ///
-    /// # Errors
-    /// All errors of [`ScanBudgetError`].
-    pub fn validate(&self, limits: Limits, samples: usize) -> Result<(), ScanBudgetError> {
-        self.machine(limits).validate()?;
-        let settling = self.settle * samples as f64;
-        if self.seconds.is_nan() || self.seconds <= settling {
-            return Err(ScanBudgetError::NoMotion {
-                samples,
-                settling,
-                seconds: self.seconds,
-            });
-        }
-        // All samples near the start, as close to each other as the limits permit.
-        let nearest = logits_from_reachable(Angles::default(), &limits);
-        let mut logits = nearest.repeat(samples);
-        Motion::new(*self, limits, samples).shorten(&mut logits)
-    }
 }
 
 /// The time of a path through all samples in their order, and its gradient.
@@ -104,8 +57,8 @@ pub struct PathTime {
 /// The motion of a scan within a budget.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
-    budget: ScanBudget,
     machine: Machine,
+    samples: usize,
     /// The budget for motion, in seconds.
     seconds: f64,
 }
@@ -136,14 +89,45 @@ const PROJECTION_STEPS: usize = 100;
 const SHORTENING: f32 = 5e-4;
 
 impl Motion {
-    /// Creates the motion of a valid budget for `samples` samples.
+    /// Creates the motion of a valid machine to `samples` samples, in `seconds` from [`Machine::START`] to the last
+    /// reading.
     #[must_use]
-    pub fn new(budget: ScanBudget, limits: Limits, samples: usize) -> Self {
+    pub fn new(seconds: f64, machine: Machine, samples: usize) -> Self {
         Self {
-            budget,
-            machine: budget.machine(limits),
-            seconds: budget.seconds - budget.settle * samples as f64,
+            machine,
+            samples,
+            seconds: seconds - machine.settle * samples as f64,
         }
+    }
+
+    /// Returns the motion of a scan, if its time has a budget.
+    #[must_use]
+    pub fn of(options: &TrainingOptions) -> Option<Self> {
+        let machine = options.machine();
+        let seconds = options.scan_seconds;
+        seconds.map(|seconds| Self::new(seconds, machine, options.samples))
+    }
+
+    /// Checks that the time is sufficient for motion to a pattern near the start.
+    ///
+    /// # Errors
+    /// All errors of [`ScanBudgetError`].
+    pub fn validate(&self) -> Result<(), ScanBudgetError> {
+        if self.seconds.is_nan() || self.seconds <= 0.0 {
+            return Err(ScanBudgetError::NoMotion {
+                samples: self.samples,
+                settling: self.settling(),
+                seconds: self.seconds + self.settling(),
+            });
+        }
+        // All samples near the start, as close to each other as the limits permit.
+        let nearest = logits_from_reachable(Angles::default(), &self.machine.limits);
+        self.shorten(&mut nearest.repeat(self.samples))
+    }
+
+    /// Returns the time at the samples, in seconds.
+    fn settling(&self) -> f64 {
+        self.machine.settle * self.samples as f64
     }
 
     /// Returns the time of the path through these samples in their order, and its gradient.
@@ -259,10 +243,9 @@ impl Motion {
             }
         }
         let angles = reachable_angles(logits, &limits);
-        let settling = self.budget.seconds - self.seconds;
         Err(ScanBudgetError::TooFast {
-            reached: self.path(&angles).seconds + settling,
-            seconds: self.budget.seconds,
+            reached: self.path(&angles).seconds + self.settling(),
+            seconds: self.seconds + self.settling(),
         })
     }
 }

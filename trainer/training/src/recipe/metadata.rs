@@ -1,36 +1,22 @@
 //! The metadata of a recipe: one section that core passes through, and only the trainer reads.
 //!
-//! The section holds a version, one byte, and then the fields of [`Metadata`] in their order, each as
-//! [postcard](https://postcard.jamesmunns.com/wire-format) encodes it. A recipe without the section has
-//! [`Metadata::default`]. A change of the types below, or of the types that they hold, needs another version.
+//! The section holds [`Metadata`] as [postcard](https://postcard.jamesmunns.com/wire-format) encodes it. A recipe without
+//! the section has [`Metadata::default`].
 
 use glimpse_core::gonio::Limits;
-use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use glimpse_materials::{Identity, SourceShare};
+use glimpse_materials::Identity;
 use serde::{Deserialize, Serialize};
 
-use crate::linear::Prior;
+use crate::choice::Choice;
 use crate::meta::expected_loss::ValidatedLoss;
-use crate::meta::options::Options;
-use crate::meta::plan::TrainedParts;
-use crate::meta::plan::{Effort, Schedule};
-use crate::meta::scan_budget::ScanBudget;
+use crate::meta::options::{OptionsError, TrainedParts, TrainingOptions};
 use crate::meta::tasks::task::Noise;
 use crate::route::Machine;
 
-/// The version of the encoding.
-const VERSION: u8 = 2;
-
 /// The metadata of a recipe. A fit needs none of it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Metadata {
-    /// The limits of the machine that the pattern was trained for, in radians; None for no limits.
-    pub limits: Option<Limits>,
-    /// The noise of the readings in training; None for no noise.
-    pub noise: Option<Noise>,
-    /// The budget for the time of a scan that the pattern was trained for. All of its numbers are 0 or more.
-    pub scan_budget: Option<ScanBudget>,
     /// The expected loss, its standard error (both 0 or more), and the materials that it was measured on.
     pub expected_loss: Option<ValidatedLoss>,
     /// The training.
@@ -48,39 +34,21 @@ pub struct Training {
     pub data: String,
     /// The number of training materials.
     pub materials: usize,
-    /// The sources of the training tasks, each with a share of 0 to 1. With schedule prior, the added procedural
-    /// materials are the last source. Empty if the sources are unknown.
-    pub sources: Vec<SourceShare>,
-    /// The schedule.
-    pub schedule: Schedule,
-    /// The effort.
-    pub effort: Effort,
-    /// The trained parts.
-    pub parts: TrainedParts,
-    /// Other options that affect the result, in words.
-    pub options: String,
-    /// The seed of all random numbers.
-    pub seed: u64,
-    /// The [digest](Options::digest) of all options that affect the result. Recipes with the same digest were trained
-    /// with the same options.
-    pub digest: u64,
+    /// The options.
+    pub options: TrainingOptions,
 }
 
 /// A defect of a recipe's metadata.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MetadataError {
-    /// Another version wrote the metadata.
+    /// The bytes are not those of [`Metadata`].
     #[error(
-        "the recipe's metadata has version {0}, and this trainer reads version {VERSION}; use the trainer that wrote \
-         the recipe"
+        "the recipe's metadata is damaged, or of another version of the trainer; train the recipe again"
     )]
-    Version(u8),
-    /// The bytes of a field do not follow its encoding, or hold invalid [`Limits`].
-    #[error("the field `{0}` of the recipe's metadata is damaged; train the recipe again")]
-    Encoding(&'static str),
-    /// Bytes follow the last field.
-    #[error("{0} bytes follow the recipe's metadata; train the recipe again")]
-    Trailing(usize),
+    Encoding,
+    /// The options of the training are invalid.
+    #[error("the options in the recipe's metadata are invalid: {0}; train the recipe again")]
+    Options(#[from] OptionsError),
     /// A number is out of range.
     #[error(
         "the field `{field}` of the recipe's metadata is {value}, and must be 0 to {max:e}; train the recipe again"
@@ -89,7 +57,7 @@ pub enum MetadataError {
         /// The field.
         field: &'static str,
         /// The number.
-        value: f64,
+        value: f32,
         /// The maximum.
         max: f32,
     },
@@ -110,8 +78,7 @@ impl Metadata {
         if *self == Self::default() {
             return Vec::new();
         }
-        // Serialization of numbers, strings, enums and lists of known length cannot fail.
-        postcard::to_stdvec(&(VERSION, self)).unwrap_or_default()
+        postcard::to_stdvec(self).expect("lists of known length have an encoding")
     }
 
     /// Decodes and checks metadata. Empty bytes are the default.
@@ -119,61 +86,60 @@ impl Metadata {
     /// # Errors
     /// The first defect.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, MetadataError> {
-        let Some((version, mut bytes)) = bytes.split_first() else {
+        if bytes.is_empty() {
             return Ok(Self::default());
-        };
-        if *version != VERSION {
-            return Err(MetadataError::Version(*version));
         }
-        let metadata = Self {
-            limits: decode_field(&mut bytes, "limits")?,
-            noise: decode_field(&mut bytes, "noise")?,
-            scan_budget: decode_field(&mut bytes, "scan_budget")?,
-            expected_loss: decode_field(&mut bytes, "expected_loss")?,
-            training: decode_field(&mut bytes, "training")?,
-            materials: decode_field(&mut bytes, "materials")?,
-        };
-        if !bytes.is_empty() {
-            return Err(MetadataError::Trailing(bytes.len()));
+        let decoded = postcard::take_from_bytes(bytes).ok();
+        let (metadata, rest): (Self, _) = decoded.ok_or(MetadataError::Encoding)?;
+        if !rest.is_empty() {
+            return Err(MetadataError::Encoding);
         }
-        metadata.check()?;
-        Ok(metadata)
-    }
-
-    /// Returns the machine that the recipe was trained for. Fields that the metadata do not state have their defaults.
-    #[must_use]
-    pub fn machine(&self) -> Machine {
-        let limits = self.limits.unwrap_or(Limits::NONE);
-        match &self.scan_budget {
-            Some(budget) => budget.machine(limits),
-            None => Machine {
-                limits,
-                ..Machine::default()
-            },
-        }
-    }
-
-    fn check(&self) -> Result<(), MetadataError> {
-        if let Some(noise) = self.noise {
-            in_range("noise.multiplicative", noise.multiplicative, f32::MAX)?;
-            in_range("noise.additive", noise.additive, f32::MAX)?;
-        }
-        if let Some(budget) = self.scan_budget {
-            for speed in budget.speeds.to_array() {
-                in_range("scan_budget.speeds", speed, f32::MAX)?;
-            }
-            in_range("scan_budget.settle", budget.settle, f32::MAX)?;
-            in_range("scan_budget.seconds", budget.seconds, f32::MAX)?;
-        }
-        if let Some(ValidatedLoss { estimate, .. }) = self.expected_loss {
+        if let Some(ValidatedLoss { estimate, .. }) = metadata.expected_loss {
             in_range("expected_loss.loss", estimate.loss, f32::MAX)?;
             let error = estimate.standard_error.unwrap_or_default();
             in_range("expected_loss.standard_error", error, f32::MAX)?;
         }
-        for source in self.training.iter().flat_map(|each| &each.sources) {
-            in_range("training.sources.share", source.share, 1.0)?;
+        if let Some(options) = metadata.options() {
+            options.validate()?;
+            for source in &options.source_shares {
+                in_range("training.options.source_shares.share", source.share, 1.0)?;
+            }
         }
-        Ok(())
+        Ok(metadata)
+    }
+
+    /// Returns the options of the training; None if they are unknown.
+    #[must_use]
+    pub fn options(&self) -> Option<&TrainingOptions> {
+        self.training.as_ref().map(|training| &training.options)
+    }
+
+    /// Returns the limits of the machine that the pattern was trained for, in radians; None for no limits.
+    #[must_use]
+    pub fn limits(&self) -> Option<Limits> {
+        let limits = self.options().map(TrainingOptions::limits);
+        limits.filter(|limits| *limits != Limits::NONE)
+    }
+
+    /// Returns the noise of the readings in training; None for no noise.
+    #[must_use]
+    pub fn noise(&self) -> Option<Noise> {
+        let noise = self.options().map(TrainingOptions::noise);
+        noise.filter(|noise| *noise != Noise::default())
+    }
+
+    /// Returns the longest time of a scan that the pattern was trained for, in seconds; None for any time.
+    #[must_use]
+    pub fn scan_seconds(&self) -> Option<f64> {
+        self.options()?.scan_seconds
+    }
+
+    /// Returns the machine that the recipe was trained for, or the default one.
+    #[must_use]
+    pub fn machine(&self) -> Machine {
+        self.options()
+            .map(TrainingOptions::machine)
+            .unwrap_or_default()
     }
 
     /// Describes the materials of the expected loss in words that follow their number; None if they are unknown.
@@ -185,57 +151,41 @@ impl Metadata {
     }
 }
 
-fn decode_field<'a, T: Deserialize<'a>>(
-    bytes: &mut &'a [u8],
-    field: &'static str,
-) -> Result<T, MetadataError> {
-    let (value, rest) =
-        postcard::take_from_bytes(bytes).map_err(|_| MetadataError::Encoding(field))?;
-    *bytes = rest;
-    Ok(value)
-}
-
-fn in_range(field: &'static str, value: impl Into<f64>, max: f32) -> Result<(), MetadataError> {
-    let value = value.into();
+fn in_range(field: &'static str, value: f32, max: f32) -> Result<(), MetadataError> {
     // This form of the condition rejects NaN too.
-    match (0.0..=f64::from(max)).contains(&value) {
-        true => Ok(()),
-        false => Err(MetadataError::Range { field, value, max }),
+    if (0.0..=max).contains(&value) {
+        Ok(())
+    } else {
+        Err(MetadataError::Range { field, value, max })
     }
 }
 
 impl Training {
     /// Returns the training with these options. `data` is the name of the materials, and `materials` their number.
     #[must_use]
-    pub fn new(options: &Options, data: &str, materials: usize) -> Self {
-        let Prior { components, eta } = options.prior;
+    pub fn new(options: &TrainingOptions, data: &str, materials: usize) -> Self {
         Self {
             trainer: concat!("glimpse-trainer ", env!("CARGO_PKG_VERSION")).to_owned(),
             data: data.to_owned(),
             materials,
-            sources: options.sources(),
-            schedule: options.schedule,
-            effort: options.effort,
-            parts: options.parts,
-            options: match (options.schedule, options.model) {
-                (Schedule::Prior, _) => options.completion_options.to_string(),
-                (_, ModelKind::Linear) => {
-                    format!("{components} bases, eta {eta}")
-                }
-                _ => String::new(),
-            },
-            seed: options.seed,
-            digest: options.digest(),
+            options: options.clone(),
         }
     }
 
     /// Describes the schedule, the effort, and the trained parts unless they are all.
     #[must_use]
     pub fn describe_schedule(&self) -> String {
-        let schedule = format!("{} {}", self.schedule.name(), self.effort.name());
-        match self.parts {
-            TrainedParts::All => schedule,
-            parts => format!("{schedule}, parts {}", parts.name()),
-        }
+        let TrainingOptions {
+            schedule,
+            effort,
+            parts,
+            ..
+        } = &self.options;
+        let parts = match parts {
+            TrainedParts::All => "",
+            TrainedParts::AllTwice => ", parts all-twice",
+            TrainedParts::PatternOnly(_) => ", parts pattern-only",
+        };
+        format!("{} {}{parts}", schedule.name(), effort.name())
     }
 }

@@ -2,7 +2,6 @@
 
 use glimpse_core::fit::{GaussNewton, Net, Noise as ReadingNoise, Prediction, Ridge, Sgd, Start};
 use glimpse_core::geometry::Angles;
-use glimpse_core::gonio::Limits;
 use glimpse_core::numeric::{Floats, PackedRows};
 use glimpse_core::recipe::{Contents, Pattern};
 use glimpse_kernels::completion::split_lists;
@@ -14,9 +13,7 @@ use crate::meta::learned::{
     LearnedFit, LearnedNet, LearnedRecipe, LearnedRefinement, LearnedRidge, LearnedSgd,
     LearnedSteps,
 };
-use crate::meta::options::{CompletionOptions, Options};
-use crate::meta::plan::Schedule;
-use crate::meta::tasks::task::Noise;
+use crate::meta::options::TrainingOptions;
 
 /// The training result is not a valid recipe.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -69,19 +66,10 @@ impl Arena {
 /// Fails if the result is not a valid recipe, for example if a number is not finite.
 pub fn pack_recipe(
     learned: &LearnedRecipe,
-    options: &Options,
+    options: &TrainingOptions,
     data: &str,
 ) -> Result<RecipeFile, PackError> {
-    let completion_options =
-        Some(&options.completion_options).filter(|_| options.schedule == Schedule::Prior);
     let metadata = Metadata {
-        limits: completion_options
-            .map(|each| each.limits)
-            .filter(|limits| *limits != Limits::NONE),
-        noise: completion_options
-            .map(CompletionOptions::noise)
-            .filter(|noise| *noise != Noise::default()),
-        scan_budget: completion_options.and_then(|each| each.scan),
         expected_loss: learned.expected_loss,
         training: Some(Training::new(options, data, learned.materials.len())),
         materials: learned.materials.clone(),
@@ -90,7 +78,7 @@ pub fn pack_recipe(
     let loss = learned.expected_loss.map(|each| each.estimate.loss);
     let mut contents = contents(&learned.fit, &learned.pattern, loss, &arena);
     if let Some(pattern) = &mut contents.pattern {
-        pattern.is_path = metadata.scan_budget.is_some();
+        pattern.is_path = options.scan_seconds.is_some();
     }
     contents.prediction = learned.loss_predictor.as_ref().map(|predictor| {
         let partial = predictor.partial.as_ref();

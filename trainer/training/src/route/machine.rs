@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use glimpse_core::gonio::Limits;
 use glimpse_kernels::dual::RealScalar;
-use glimpse_materials::setting::{Setting, SettingError, SettingNames};
+use glimpse_materials::setting::Name;
 
 use super::axes::{Axes, wrapped};
 
@@ -56,9 +56,12 @@ const MAX_SETTLE: f64 = 86_400.0;
 
 /// An error of an invalid [`Machine`].
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{}", self.message(Setting::name))]
 pub enum MachineError {
     /// A speed is out of range or NaN.
+    #[error(
+        "{}: the speed of {axis} is {value}; give degrees per second, 0.001 to 1,000,000",
+        Name::SPEED
+    )]
     Speed {
         /// The axis.
         axis: &'static str,
@@ -66,52 +69,35 @@ pub enum MachineError {
         value: f64,
     },
     /// The speeds of both azimuths are 0.
+    #[error(
+        "{}: the speeds of phi_i and phi_o are both 0; give at least one of them, 0.001 to 1,000,000 degrees per second",
+        Name::SPEED
+    )]
     NoAzimuth,
     /// The time at each sample is out of range or NaN.
+    #[error(
+        "{name}: the time at each sample is {0}; give seconds, 0 to 86,400",
+        name = Name::SETTLE
+    )]
     Settle(f64),
     /// The angle of a limit is out of range or NaN.
+    #[error("{limit} must be above 0 and at most {max} degrees, not {degrees}")]
     Angle {
         /// The limit.
-        setting: Setting,
+        limit: Name<'static>,
         /// The invalid value.
         degrees: f32,
         /// The largest valid value.
         max: f32,
     },
     /// The limits are invalid.
+    #[error(
+        "{theta_i}, {theta_o} and {separation} are inconsistent: {0}",
+        theta_i = Name::MAX_THETA_I,
+        theta_o = Name::MAX_THETA_O,
+        separation = Name::MIN_SEPARATION
+    )]
     Limits(#[from] glimpse_core::error::Error),
-}
-
-impl SettingError for MachineError {
-    fn message(&self, name: SettingNames) -> String {
-        match self {
-            Self::Speed { axis, value } => format!(
-                "{}: the speed of {axis} is {value}; give degrees per second, 0.001 to 1,000,000",
-                name(Setting::Speed)
-            ),
-            Self::NoAzimuth => format!(
-                "{}: the speeds of phi_i and phi_o are both 0; give at least one of them, 0.001 to 1,000,000 degrees per \
-                 second",
-                name(Setting::Speed)
-            ),
-            Self::Settle(value) => format!(
-                "{}: the time at each sample is {value}; give seconds, 0 to 86,400",
-                name(Setting::Settle)
-            ),
-            Self::Angle {
-                setting,
-                degrees,
-                max,
-            } => format!(
-                "{} must be above 0 and at most {max} degrees, not {degrees}",
-                name(*setting)
-            ),
-            Self::Limits(error) => {
-                let [theta_i, theta_o, separation] = Setting::LIMITS.map(name);
-                format!("{theta_i}, {theta_o} and {separation} are inconsistent: {error}")
-            }
-        }
-    }
 }
 
 /// The result of [`Machine::axis_seconds`].

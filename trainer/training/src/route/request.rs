@@ -3,7 +3,8 @@
 use clap::Args;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::Recipe;
-use glimpse_materials::setting::{Setting, SettingError, SettingNames};
+use glimpse_materials::setting::Name;
+use serde::{Deserialize, Serialize};
 
 use super::axes::Axes;
 use super::machine::{Machine, MachineError};
@@ -11,17 +12,20 @@ use super::stop::{OutOfReach, stops};
 use super::visit::{Order, Route};
 
 /// Options for the limits of a machine's arms.
-#[derive(Args, Clone, Copy, Debug, Default)]
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LimitArgs {
     /// Largest angle of the light to the normal in degrees, above 0 to 90 [default: the recipe's, or else 90]
     #[arg(long, value_name = "DEGREES")]
+    #[serde(rename = "max_theta_i_degrees")]
     pub max_theta_i: Option<f32>,
     /// Largest angle of the sensor to the normal in degrees, above 0 to 90 [default: the recipe's, or else 90]
     #[arg(long, value_name = "DEGREES")]
+    #[serde(rename = "max_theta_o_degrees")]
     pub max_theta_o: Option<f32>,
     /// Smallest angle between light and sensor as seen from the measured spot, in degrees, above 0 to 180
     /// [default: the recipe's, or else 0]
     #[arg(long, value_name = "DEGREES")]
+    #[serde(rename = "min_separation_degrees")]
     pub min_separation: Option<f32>,
     /// Light, normal and sensor always lie in one plane [default: the recipe's, or else any directions]
     #[arg(long)]
@@ -34,45 +38,30 @@ impl LimitArgs {
     /// # Errors
     /// If an angle is out of range, or no pair of directions is within the limits.
     pub fn or(self, default: Limits) -> Result<Limits, MachineError> {
-        let mut limits = default;
-        for (setting, degrees, limit) in [
-            (
-                Setting::MaxThetaI,
-                self.max_theta_i,
-                &mut limits.max_theta_i,
-            ),
-            (
-                Setting::MaxThetaO,
-                self.max_theta_o,
-                &mut limits.max_theta_o,
-            ),
-            (
-                Setting::MinSeparation,
-                self.min_separation,
-                &mut limits.min_separation,
-            ),
-        ] {
-            let right_angles = if setting == Setting::MinSeparation {
-                2.0
-            } else {
-                1.0
-            };
+        // The conversion to radians could round 90 degrees up.
+        let radians = |limit, degrees: f32, right_angles| {
             let max = 90.0 * right_angles;
-            match degrees {
-                None => {}
-                Some(degrees) if degrees > 0.0 && degrees <= max => {
-                    // The conversion could round 90 degrees up.
-                    let max = right_angles * Limits::NONE.max_theta_i;
-                    *limit = degrees.to_radians().min(max);
-                }
-                Some(degrees) => {
-                    return Err(MachineError::Angle {
-                        setting,
-                        degrees,
-                        max,
-                    });
-                }
+            if degrees > 0.0 && degrees <= max {
+                Ok(degrees
+                    .to_radians()
+                    .min(right_angles * Limits::NONE.max_theta_i))
+            } else {
+                Err(MachineError::Angle {
+                    limit,
+                    degrees,
+                    max,
+                })
             }
+        };
+        let mut limits = default;
+        if let Some(degrees) = self.max_theta_i {
+            limits.max_theta_i = radians(Name::MAX_THETA_I, degrees, 1.0)?;
+        }
+        if let Some(degrees) = self.max_theta_o {
+            limits.max_theta_o = radians(Name::MAX_THETA_O, degrees, 1.0)?;
+        }
+        if let Some(degrees) = self.min_separation {
+            limits.min_separation = radians(Name::MIN_SEPARATION, degrees, 2.0)?;
         }
         limits.in_plane |= self.in_plane;
         limits.validate()?;
@@ -91,15 +80,17 @@ impl LimitArgs {
 }
 
 /// Options for the speeds of a machine's axes.
-#[derive(Args, Clone, Copy, Debug, Default)]
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SpeedArgs {
     /// Speeds of the axes theta_i, phi_i, theta_o, phi_o in degrees per second, 0.001 to 1,000,000: one
     /// number for all axes, or four, for example 20,10,20,10. Speed 0 marks an azimuth axis that the
     /// machine does not have [default: the recipe's, or else 10]
     #[arg(long, value_name = "DEGREES/S", value_parser = speeds)]
+    #[serde(rename = "speed_degrees_per_second")]
     pub speed: Option<Axes>,
     /// Seconds for settling and reading at each sample, 0 to 86,400 [default: the recipe's, or else 0.5]
     #[arg(long, value_name = "SECONDS")]
+    #[serde(rename = "settle_seconds")]
     pub settle: Option<f64>,
 }
 
@@ -131,35 +122,22 @@ pub struct PlanArgs {
 
 /// A request that no plan meets.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{}", self.message(Setting::name))]
 pub enum PlanError {
     /// The machine is invalid.
+    #[error(transparent)]
     Machine(#[from] MachineError),
     /// Samples are out of the machine's reach.
+    #[error(
+        "the machine does not reach {} of {samples} samples:{}\ntrain a recipe for these limits ({}, {}, {})",
+        missed.len(), missed.iter().map(|sample| format!("\n  {sample}")).collect::<String>(),
+        Name::MAX_THETA_I, Name::MAX_THETA_O, Name::MIN_SEPARATION
+    )]
     OutOfReach {
         /// These samples.
         missed: Vec<OutOfReach>,
         /// The number of samples of the recipe.
         samples: usize,
     },
-}
-
-impl SettingError for PlanError {
-    fn message(&self, name: SettingNames) -> String {
-        match self {
-            Self::Machine(error) => error.message(name),
-            Self::OutOfReach { missed, samples } => {
-                let lines = missed.iter().map(|sample| format!("\n  {sample}"));
-                let [theta_i, theta_o, separation] = Setting::LIMITS.map(name);
-                format!(
-                    "the machine does not reach {} of {samples} samples:{}\ntrain a recipe for these limits \
-                     ({theta_i}, {theta_o}, {separation})",
-                    missed.len(),
-                    lines.collect::<String>()
-                )
-            }
-        }
-    }
 }
 
 impl PlanArgs {

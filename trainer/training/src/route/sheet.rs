@@ -89,7 +89,7 @@ impl Route {
             })
             .collect();
         json!({
-            "order": self.order.name(),
+            "order": self.order,
             "samples": self.visits.len(),
             "seconds": self.total(),
             "moving_seconds": self.travel,

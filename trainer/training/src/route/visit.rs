@@ -1,6 +1,7 @@
 //! A route: the visits of all samples, in order and with times.
 
 use glimpse_core::recipe::Recipe;
+use serde::Serialize;
 
 use super::axes::Axes;
 use super::machine::Machine;
@@ -8,7 +9,8 @@ use super::search::{self, Effort, Points};
 use super::stop::{Stop, stops};
 
 /// The order in which samples are visited.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub enum Order {
     /// Shortest time: the optimum for up to 16 samples, otherwise the best result of a search of about one second.
     Travel,
@@ -23,15 +25,6 @@ impl Order {
         match recipe.is_in_path_order() {
             true => Self::Progressive,
             false => Self::Travel,
-        }
-    }
-
-    /// Returns the name on the command line and in JSON.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Travel => "travel",
-            Self::Progressive => "progressive",
         }
     }
 }

@@ -4,5 +4,6 @@ mod linear;
 mod meta_gradient;
 mod metadata;
 mod nets;
+mod options;
 mod scan_budget;
 mod support;

@@ -1,14 +1,12 @@
-//! The metadata of a recipe: a round trip, and an error that names each damaged field.
+//! The metadata of a recipe: a round trip, and errors of damaged ones.
 
-use glimpse_core::gonio::Limits;
+use glimpse_core::geometry::Angles;
+use glimpse_core::model::ModelKind;
 use glimpse_materials::{Identity, Origin, SourceShare};
 use glimpse_training::meta::expected_loss::{LossEstimate, ValidatedLoss, ValidationSplit};
-use glimpse_training::meta::plan::TrainedParts;
-use glimpse_training::meta::plan::{Effort, Schedule};
-use glimpse_training::meta::scan_budget::ScanBudget;
-use glimpse_training::meta::tasks::task::Noise;
+use glimpse_training::meta::options::{Effort, OptionsError, Schedule, TrainingOptions};
 use glimpse_training::recipe::{Metadata, MetadataError, Training};
-use glimpse_training::route::Axes;
+use glimpse_training::route::{Axes, LimitArgs, SpeedArgs};
 use proptest::prelude::*;
 
 /// Metadata with all fields.
@@ -19,23 +17,36 @@ fn full() -> Metadata {
         materials: 100,
         share,
     };
-    Metadata {
-        limits: Some(Limits {
-            max_theta_i: 1.3,
-            max_theta_o: 1.4,
-            min_separation: 0.1,
+    let options = TrainingOptions {
+        source_shares: vec![
+            source("MERL", Origin::Files, 0.0),
+            source("", Origin::BuiltIn, 1.0),
+        ],
+        share: vec![0.5, 3.0],
+        missing: Some(0.5),
+        noise: 0.05,
+        additive: 1e-4,
+        levels: 4096,
+        limits: LimitArgs {
+            max_theta_i: Some(75.0),
+            min_separation: Some(5.0),
             in_plane: true,
-        }),
-        noise: Some(Noise {
-            multiplicative: 0.05,
-            additive: 1e-4,
-            levels: 4096,
-        }),
-        scan_budget: Some(ScanBudget {
-            seconds: 60.0,
-            speeds: Axes::from_array([20.0, 0.0, 10.0, 90.0]),
-            settle: 0.1,
-        }),
+            ..LimitArgs::default()
+        },
+        scan_seconds: Some(60.0),
+        speeds: SpeedArgs {
+            speed: Some(Axes::from_array([20.0, 0.0, 10.0, 90.0])),
+            settle: Some(0.1),
+        },
+        ..TrainingOptions::new(
+            ModelKind::Linear,
+            12,
+            Schedule::Prior,
+            Effort::Standard,
+            u64::MAX,
+        )
+    };
+    Metadata {
         expected_loss: Some(ValidatedLoss {
             estimate: LossEstimate {
                 loss: 0.0125,
@@ -48,16 +59,7 @@ fn full() -> Metadata {
             trainer: "a trainer".to_owned(),
             data: "Stoff für Bühnen".to_owned(),
             materials: 100,
-            sources: vec![
-                source("MERL", Origin::Files, 0.0),
-                source("", Origin::BuiltIn, 1.0),
-            ],
-            schedule: Schedule::Prior,
-            effort: Effort::Standard,
-            parts: TrainedParts::PatternOnly,
-            options: String::new(),
-            seed: u64::MAX,
-            digest: u64::MAX,
+            options,
         }),
         materials: [("alum-bronze", 1), ("", u32::MAX)]
             .map(|(name, digest)| Identity {
@@ -84,22 +86,7 @@ fn metadata_round_trip() {
 #[test]
 fn error_names_invalid_number() {
     type Change = fn(&mut Metadata, f32);
-    let changes: [(&str, Change); 8] = [
-        ("noise.multiplicative", |metadata, value| {
-            metadata.noise.as_mut().unwrap().multiplicative = value;
-        }),
-        ("noise.additive", |metadata, value| {
-            metadata.noise.as_mut().unwrap().additive = value;
-        }),
-        ("scan_budget.speeds", |metadata, value| {
-            metadata.scan_budget.as_mut().unwrap().speeds.phi_o = value.into();
-        }),
-        ("scan_budget.settle", |metadata, value| {
-            metadata.scan_budget.as_mut().unwrap().settle = value.into();
-        }),
-        ("scan_budget.seconds", |metadata, value| {
-            metadata.scan_budget.as_mut().unwrap().seconds = value.into();
-        }),
+    let changes: [(&str, Change); 3] = [
         ("expected_loss.loss", |metadata, value| {
             metadata.expected_loss.as_mut().unwrap().estimate.loss = value;
         }),
@@ -107,8 +94,9 @@ fn error_names_invalid_number() {
             let expected = metadata.expected_loss.as_mut().unwrap();
             expected.estimate.standard_error = Some(value);
         }),
-        ("training.sources.share", |metadata, value| {
-            metadata.training.as_mut().unwrap().sources[1].share = value;
+        ("training.options.source_shares.share", |metadata, value| {
+            let training = metadata.training.as_mut().unwrap();
+            training.options.source_shares[1].share = value;
         }),
     ];
     for (name, change) in changes {
@@ -123,53 +111,63 @@ fn error_names_invalid_number() {
             assert!(error.to_string().contains(name), "{error}");
         }
     }
+}
+
+/// Options of metadata are checked as those of a training are.
+#[test]
+fn error_names_invalid_option() {
+    type Change = fn(&mut TrainingOptions);
+    let below_horizon = Angles {
+        theta_h: 1.5,
+        theta_d: 1.5,
+        phi_d: 0.0,
+    };
+    let changes: [(&str, Change); 6] = [
+        ("noise", |options| options.noise = f32::NAN),
+        ("scan_seconds", |options| options.scan_seconds = Some(-1.0)),
+        ("settle_seconds", |options| {
+            options.speeds.settle = Some(f64::INFINITY);
+        }),
+        ("speed", |options| {
+            options.speeds.speed = Some(Axes::from_array([-0.5; 4]));
+        }),
+        ("max_theta_i_degrees", |options| {
+            options.limits.max_theta_i = Some(1e3);
+        }),
+        // An option without effect: such metadata were not written by a training.
+        ("eta", |options| options.eta = 1.0),
+    ];
+    for (name, change) in changes {
+        let mut damaged = full();
+        change(&mut damaged.training.as_mut().unwrap().options);
+        let error = decoding_error(&damaged);
+        assert!(matches!(error, MetadataError::Options(_)), "{error}");
+        assert!(error.to_string().contains(name), "{error}");
+    }
     let mut damaged = full();
-    damaged.training.as_mut().unwrap().sources[0].share = 1.5;
-    let text = decoding_error(&damaged).to_string();
+    let options = &mut damaged.training.as_mut().unwrap().options;
+    (options.scan_seconds, options.speeds) = (None, SpeedArgs::default());
+    options.pattern = vec![below_horizon];
+    let error = decoding_error(&damaged);
     assert!(
-        text.contains("training.sources.share") && text.contains("1.5"),
-        "{text}"
+        matches!(
+            error,
+            MetadataError::Options(OptionsError::FixedReach { row: 1, .. })
+        ),
+        "{error}"
     );
-    // Degrees instead of radians.
-    damaged.limits.as_mut().unwrap().max_theta_o = 75.0;
-    assert_eq!(decoding_error(&damaged), MetadataError::Encoding("limits"));
 }
 
 #[test]
-fn error_names_damaged_bytes() {
+fn damaged_bytes_are_refused() {
     let bytes = full().to_bytes();
-    let mut names = Vec::new();
+    let damaged = |bytes: &[u8]| Metadata::from_bytes(bytes) == Err(MetadataError::Encoding);
     for length in 1..bytes.len() {
-        let error = Metadata::from_bytes(&bytes[..length]).expect_err("cut metadata");
-        let MetadataError::Encoding(name) = error else {
-            panic!("{length}: {error}");
-        };
-        names.push(name);
+        assert!(damaged(&bytes[..length]), "{length}");
     }
-    names.dedup();
-    let fields = [
-        "limits",
-        "noise",
-        "scan_budget",
-        "expected_loss",
-        "training",
-        "materials",
-    ];
-    assert_eq!(names, fields);
-
-    let padded = [&bytes[..], &[0; 3]].concat();
-    assert_eq!(
-        Metadata::from_bytes(&padded),
-        Err(MetadataError::Trailing(3))
-    );
-    let other = [&[9], &bytes[1..]].concat();
-    assert_eq!(Metadata::from_bytes(&other), Err(MetadataError::Version(9)));
+    assert!(damaged(&[&bytes[..], &[0; 3]].concat()));
     // A list of four billion materials.
-    let long = [bytes[0], 0, 0, 0, 0, 0, 0xff, 0xff, 0xff, 0xff, 0x0f];
-    assert_eq!(
-        Metadata::from_bytes(&long),
-        Err(MetadataError::Encoding("materials"))
-    );
+    assert!(damaged(&[0, 0, 0xff, 0xff, 0xff, 0xff, 0x0f]));
 }
 
 proptest! {

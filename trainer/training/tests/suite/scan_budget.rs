@@ -7,14 +7,12 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use glimpse_training::meta::learned::LearnedRecipe;
-use glimpse_training::meta::options::{CompletionOptions, Options, OptionsError};
+use glimpse_training::meta::options::{Effort, OptionsError, Schedule, TrainingOptions};
 use glimpse_training::meta::pattern::{Pattern, logits_from_reachable};
-use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::run::{TrainError, train};
-use glimpse_training::meta::scan_budget::{Motion, ScanBudget, ScanBudgetError};
+use glimpse_training::meta::scan_budget::{Motion, ScanBudgetError};
 use glimpse_training::recipe::pack_recipe;
-use glimpse_training::route::{Axes, Order, Route, stops};
+use glimpse_training::route::{Axes, LimitArgs, Machine, Order, Route, SpeedArgs, stops};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -24,12 +22,14 @@ const SPEEDS: [f64; 4] = [10.0, 15.0, 8.0, 12.0];
 /// The number of samples of a path.
 const SAMPLES: usize = 6;
 
-fn budget(seconds: f64, settle: f64) -> ScanBudget {
-    ScanBudget {
-        seconds,
+fn motion(seconds: f64, settle: f64, limits: Limits, samples: usize) -> Motion {
+    let machine = Machine {
         speeds: Axes::from_array(SPEEDS),
         settle,
-    }
+        limits,
+        ..Machine::default()
+    };
+    Motion::new(seconds, machine, samples)
 }
 
 fn random_angles(random: &mut ChaCha8Rng) -> Vec<Angles<f32>> {
@@ -121,7 +121,7 @@ fn weighted_gradient_matches_differences() {
             .iter()
             .flat_map(|angles| logits_from_reachable(*angles, &limits))
             .collect();
-        let motion = Motion::new(budget(seconds(path), 0.0), limits, SAMPLES);
+        let motion = motion(seconds(path), 0.0, limits, SAMPLES);
         assert!((motion.path(angles).seconds - seconds(path)).abs() < 1e-9);
         let mut weight = 0.5;
         let gradient = motion.weighted_gradient(&logits, 1.0, &mut weight);
@@ -155,7 +155,8 @@ fn faster_order_shortens_path_and_shortened_pattern_is_within_budget() {
         min_separation: 0.2,
         in_plane: false,
     };
-    let motion = Motion::new(budget(12.0, 0.5), limits, 12);
+    let within = |seconds| motion(seconds, 0.5, limits, 12);
+    let motion = within(12.0);
     let mut logits: Vec<f32> = (0..36).map(|_| random.random_range(-2.0..2.0)).collect();
     let path = |logits: &[f32]| {
         let angles = glimpse_training::meta::pattern::reachable_angles(logits, &limits);
@@ -181,48 +182,51 @@ fn faster_order_shortens_path_and_shortened_pattern_is_within_budget() {
         .expect("a pattern within the budget");
     assert_eq!(logits, unchanged);
     // The samples are at least 0.2 rad apart, and the arms start at the normal.
-    let impossible = Motion::new(budget(6.01, 0.5), limits, 12);
-    let error = impossible
+    let error = within(6.01)
         .shorten(&mut logits)
         .expect_err("too little time");
     assert!(matches!(error, ScanBudgetError::TooFast { reached, .. } if reached > 6.01));
 }
 
-fn train_within(model: ModelKind, missing: f32, scan: ScanBudget) -> (Options, LearnedRecipe) {
-    let options = Options {
-        completion_options: CompletionOptions {
-            missing,
-            scan: Some(scan),
-            limits: Limits {
-                max_theta_i: 80_f32.to_radians(),
-                ..Limits::NONE
-            },
-            ..CompletionOptions::default()
+fn options(model: ModelKind, samples: usize, scan_seconds: f64) -> TrainingOptions {
+    TrainingOptions {
+        scan_seconds: Some(scan_seconds),
+        speeds: SpeedArgs {
+            speed: Some(Axes::from_array(SPEEDS)),
+            settle: Some(0.5),
         },
-        ..Options::new(model, 5, Schedule::Prior, Effort::Brief, 2)
-    };
-    let learned = train(&options, procedural(10, 3), &mut |_| {
-        ControlFlow::Continue(())
-    });
-    (options, learned.expect("training succeeds"))
+        ..TrainingOptions::new(model, samples, Schedule::Prior, Effort::Brief, 2)
+    }
 }
 
 #[test]
 fn trained_recipes_of_all_models_keep_their_budget() {
-    let scan = budget(9.0, 0.5);
     for (model, missing) in [
         (ModelKind::Linear, 0.0),
         (ModelKind::Phong, 0.5),
         (ModelKind::CookTorrance, 0.0),
         (ModelKind::Neural, 0.5),
     ] {
-        let (options, learned) = train_within(model, missing, scan);
+        let options = TrainingOptions {
+            missing: Some(missing),
+            limits: LimitArgs {
+                max_theta_i: Some(80.0),
+                ..LimitArgs::default()
+            },
+            ..options(model, 5, 9.0)
+        };
+        let learned = train(&options, procedural(10, 3), None, &mut |_| {
+            ControlFlow::Continue(())
+        });
+        let learned = learned.expect("training succeeds");
         let file = pack_recipe(&learned, &options, "procedural").expect("a recipe");
         let recipe: Recipe<'_> = file.recipe();
         let machine = file.metadata().machine();
-        assert_eq!(file.metadata().scan_budget, Some(scan));
+        assert_eq!(file.metadata().options(), Some(&options));
         assert!(recipe.is_in_path_order());
-        assert_eq!(machine, scan.machine(options.completion_options.limits));
+        assert_eq!(machine, options.machine());
+        assert_eq!(machine.speeds, Axes::from_array(SPEEDS));
+        assert_eq!(machine.limits.max_theta_i, 80_f32.to_radians());
         let stops = stops(&recipe, &machine.limits).expect("samples within reach");
         // The recipe's own order is within the budget, not only the planned one.
         let [own, planned] = [Order::Progressive, Order::Travel]
@@ -245,40 +249,29 @@ fn trained_recipes_of_all_models_keep_their_budget() {
 
 #[test]
 fn impossible_budgets_are_refused() {
-    let options = |scan| Options {
-        completion_options: CompletionOptions {
-            scan: Some(scan),
-            ..CompletionOptions::default()
-        },
-        ..Options::new(ModelKind::Linear, 8, Schedule::Prior, Effort::Brief, 2)
-    };
-    let error = |scan| {
-        let result = train(&options(scan), procedural(2, 3), &mut |_| {
+    let error = |options: &TrainingOptions| {
+        let result = train(options, procedural(2, 3), None, &mut |_| {
             ControlFlow::Continue(())
         });
-        match result {
-            Err(TrainError::Options(error)) => error,
-            other => panic!("{:?}", other.map(drop)),
-        }
+        result.expect_err("a budget that no pattern keeps")
     };
+    let linear = |seconds| options(ModelKind::Linear, 8, seconds);
     assert!(matches!(
-        error(budget(4.0, 0.5)),
-        OptionsError::ScanBudget(ScanBudgetError::NoMotion { samples: 8, .. })
+        error(&linear(4.0)),
+        TrainError::ScanBudget(ScanBudgetError::NoMotion { samples: 8, .. })
     ));
     for seconds in [-1.0, f64::NAN] {
-        let error = error(budget(seconds, 0.5));
-        assert!(matches!(error, OptionsError::Range { .. }), "{error}");
+        let error = error(&linear(seconds));
+        assert!(
+            matches!(error, TrainError::Options(OptionsError::Range { .. })),
+            "{error}"
+        );
     }
-    let slow = ScanBudget {
-        speeds: Axes::from_array([0.0; 4]),
-        ..budget(10.0, 0.5)
-    };
-    let error = error(slow);
+    let mut slow = linear(10.0);
+    slow.speeds.speed = Some(Axes::from_array([0.0; 4]));
+    let error = error(&slow);
     assert!(
-        matches!(
-            error,
-            OptionsError::ScanBudget(ScanBudgetError::Machine(_)) | OptionsError::Machine(_)
-        ),
+        matches!(error, TrainError::Options(OptionsError::Machine(_))),
         "{error}"
     );
 }

@@ -235,7 +235,10 @@ fn trains_recipe_without_pattern() {
     folder.succeed("fit x.recipe --measurements read.csv --out fit");
     let inspected = folder.succeed_as_json("inspect x.recipe");
     assert_eq!(
-        [&inspected["samples"], &inspected["expected_loss"]],
+        [
+            &inspected["samples"],
+            &inspected["pattern"]["expected_loss"]
+        ],
         [&json!(0), &Value::Null]
     );
     folder.fail_each(

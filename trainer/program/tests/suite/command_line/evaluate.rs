@@ -145,14 +145,14 @@ fn expected_loss_names_its_materials() {
     let train = train.replace("procedural:12", "procedural:1");
     let [_, messages] = folder.succeed_with_messages(&train.replace("phong.recipe", "one.recipe"));
     let recipe = folder.succeed_as_json("inspect one.recipe");
-    assert_eq!(recipe["expectation"]["split"], "training");
+    assert_eq!(recipe["metadata"]["expected_loss"]["split"], "training");
     let options = "--recipe one.recipe --test procedural:1:3";
     let report = evaluate(&folder, options);
-    assert_eq!(report["promise"]["materials"], 1);
+    assert_eq!(report["promise"]["estimate"]["materials"], 1);
     // A single material has no standard error.
     assert_eq!(report["loss_standard_error"], Value::Null);
     // Training, `inspect` and `evaluate` print the loss with its materials.
-    let loss = format!("{:.4}", number(&report["promise"]["loss"]));
+    let loss = format!("{:.4}", number(&report["promise"]["estimate"]["loss"]));
     let printed = folder.succeed("inspect one.recipe");
     let text = folder.succeed(&format!("evaluate {options}"));
     for text in [messages, printed, text] {

@@ -29,12 +29,12 @@ mod shared;
 mod view;
 
 use glimpse_core::fit::Estimator;
+use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::names;
-use glimpse_materials::{Identity, Material, Procedural, digest};
+use glimpse_materials::{Identity, Material, Procedural, Source, SourceShare, digest};
 use glimpse_training::meta::expected_loss::ValidationSplit;
-use glimpse_training::meta::plan::TrainedParts;
-use glimpse_training::meta::plan::{Effort, Schedule};
+use glimpse_training::meta::options::{Effort, Schedule, TrainingOptions};
 use glimpse_training::recipe::Metadata;
 use serde_json::{Value, json};
 
@@ -71,10 +71,11 @@ fn trains_inspects_exports_and_evaluates() {
         (&training.data[..], training.materials),
         ("procedural:12", 12)
     );
-    assert_eq!(
-        (training.schedule, training.effort, training.parts),
-        (Schedule::Paper, Effort::Brief, TrainedParts::All)
-    );
+    let defaults = TrainingOptions {
+        source_shares: vec![SourceShare::single(&Source("procedural:12".into()), 12)],
+        ..TrainingOptions::new(ModelKind::Phong, 4, Schedule::Paper, Effort::Brief, 0)
+    };
+    assert_eq!(training.options, defaults);
     let expected = metadata.expected_loss.expect("a stated loss");
     assert_eq!(expected.split, ValidationSplit::HeldOut);
     // One of twelve materials is held out; a single material has no standard error.
@@ -113,20 +114,22 @@ fn trains_inspects_exports_and_evaluates() {
         panic!("{recipe:?}");
     };
     let first = recipe.pattern().next().expect("a sample");
-    assert!(sgd.initial.iter().eq(numbers(&json["initial"])));
-    assert!(sgd.step_sizes.iter().eq(numbers(&json["step_sizes"])));
-    assert_eq!(numbers(&json["pattern"][0])[2], first.phi_d);
-    assert_eq!(json["materials"].as_array().map(Vec::len), Some(12));
-    let digest = format!("{:08x}", digest(&materials[3]));
+    assert!(sgd.initial.iter().eq(numbers(&json["sgd"]["initial"])));
+    assert!(
+        sgd.step_sizes
+            .iter()
+            .eq(numbers(&json["sgd"]["step_sizes"]))
+    );
+    assert_eq!(numbers(&json["pattern"]["directions"])[2], first.phi_d);
     for (field, expected) in [
         ("/samples", json!(4)),
-        ("/inner_steps", json!(20)),
-        ("/expectation/materials", json!(1)),
-        ("/expectation/loss", json["expected_loss"].clone()),
-        ("/training/parts", json!("all")),
-        ("/materials/3/digest", json!(digest)),
-        ("/limits", Value::Null),
-        ("/noise", Value::Null),
+        ("/sgd/steps", json!(20)),
+        (
+            "/metadata/expected_loss/estimate/loss",
+            json["pattern"]["expected_loss"].clone(),
+        ),
+        ("/metadata/training/options/effort", json!("brief")),
+        ("/metadata/materials/3/digest", json!(digest(&materials[3]))),
     ] {
         assert_eq!(json.pointer(field), Some(&expected), "{field}");
     }
@@ -159,11 +162,9 @@ fn strip_removes_metadata() {
     assert_eq!(flash.expected_loss(), whole.expected_loss());
     assert!(flash.pattern().eq(whole.pattern()) && flash.values() == whole.values());
     let printed = folder.succeed_as_json("inspect flash.recipe");
-    for field in ["limits", "noise", "expectation", "training", "materials"] {
-        assert_eq!(printed[field], Value::Null, "{field}");
-    }
+    assert_eq!(printed["metadata"], json!(Metadata::default()));
     folder.succeed("inspect flash.recipe");
-    assert_eq!(number(&printed["expected_loss"]) as f32, 0.0125);
+    assert_eq!(number(&printed["pattern"]["expected_loss"]) as f32, 0.0125);
 
     // The C header has the same bytes.
     folder.succeed(&strip("c", "flash.h"));

@@ -46,7 +46,7 @@ fn trains_inspects_exports_and_evaluates_prior_recipes() {
         // All directions are within the machine's limits.
         let bytes = folder.read(&recipe);
         let recipe = Recipe::parse(&bytes).expect("a valid recipe");
-        let limits = Metadata::of(&recipe).expect("valid metadata").limits;
+        let limits = Metadata::of(&recipe).expect("valid metadata").limits();
         let limits = limits.expect("stated limits");
         let is_within = |at| limits.check(&at).is_ok();
         assert!(recipe.directions().all(|(_, at)| is_within(at)));

@@ -32,12 +32,15 @@ fn scan_keeps_within_its_seconds() {
         }
     }
     let exported = folder.succeed_as_json("inspect x.recipe");
-    assert_eq!(exported["scan_time"]["seconds"], 7.0);
-    for list in ["loss", "bound"] {
-        let list = &exported["partial"][list];
+    assert_eq!(
+        exported["metadata"]["training"]["options"]["scan_seconds"],
+        7.0
+    );
+    for list in ["partial_loss", "partial_bound"] {
+        let list = &exported["prediction"][list];
         assert_eq!(list.as_array().map(Vec::len), Some(4), "{exported}");
     }
-    assert!(number(&exported["uncertainty"]["bound"]) > 0.0);
+    assert!(number(&exported["prediction"]["bound"]) > 0.0);
     assert_names(&folder.succeed("inspect x.recipe"), &["7", "20,10,20,10"]);
 }
 

@@ -6,10 +6,9 @@ use glimpse_optimizer::Groups;
 use rayon::prelude::*;
 
 use super::objective::{InnerSamples, LossSamples, PaperObjective};
-use crate::meta::options::Options;
+use crate::meta::options::{Effort, TrainedParts, TrainingOptions};
 use crate::meta::pattern::{Pattern, logits_from_angles};
 use crate::meta::phase::{OuterStep, Phase, Selection, Start, Values};
-use crate::meta::plan::{Effort, TrainedParts};
 
 /// The number of random patterns of one sample; the best one starts stage 2.
 const RANDOM_PATTERNS: usize = 50;
@@ -47,10 +46,10 @@ impl Effort {
 #[must_use]
 pub(super) fn phases<'a>(
     objective: &'a dyn PaperObjective,
-    options: &Options,
+    options: &TrainingOptions,
     tasks: usize,
 ) -> Vec<Phase<'a>> {
-    let (parts, samples, seed) = (options.parts, options.samples, options.seed);
+    let (samples, seed) = (options.samples, options.seed);
     let has_parameters = options.model != ModelKind::Linear;
     let divisor = options.effort.paper_step_divisor();
     let parameters = |start, loss_samples| Phase {
@@ -94,7 +93,7 @@ pub(super) fn phases<'a>(
     let best = || -> Start<'a> { Box::new(|best| best) };
 
     let mut phases = Vec::new();
-    if has_parameters && parts != TrainedParts::PatternOnly {
+    if has_parameters && !matches!(options.parts, TrainedParts::PatternOnly(_)) {
         phases.push(parameters(None, PARAMETER_SAMPLES));
     }
     let random: Start<'a> =
@@ -104,7 +103,7 @@ pub(super) fn phases<'a>(
         let add = move |values| with_added_samples(values, count, seed);
         phases.push(pattern(count, Box::new(add)));
     }
-    if parts == TrainedParts::AllTwice {
+    if options.parts == TrainedParts::AllTwice {
         if has_parameters {
             let loss_samples = LossSamples {
                 inner: InnerSamples::Pattern,
@@ -164,7 +163,7 @@ fn with_added_samples(mut values: Values, samples: usize, seed: u64) -> Values {
 mod tests {
     use super::*;
     use crate::meta::expected_loss::LossEstimate;
-    use crate::meta::plan::Schedule;
+    use crate::meta::options::Schedule;
 
     /// The loss of a pattern is that of its first logit.
     struct FirstLogit;
@@ -189,9 +188,9 @@ mod tests {
         samples: usize,
         parts: TrainedParts,
     ) -> Vec<Phase<'static>> {
-        let options = Options {
+        let options = TrainingOptions {
             parts,
-            ..Options::new(model, samples, Schedule::Paper, effort, 0)
+            ..TrainingOptions::new(model, samples, Schedule::Paper, effort, 0)
         };
         phases(&FirstLogit, &options, TASKS)
     }
@@ -218,10 +217,10 @@ mod tests {
             let last = phase.rates_at(phase.steps).pattern;
             assert!((last - 1e-4).abs() < 1e-9, "{last}");
         }
-        let counts = [(TrainedParts::All, 5), (TrainedParts::PatternOnly, 4)];
+        let counts = [(TrainedParts::All, 5), (TrainedParts::PatternOnly(None), 4)];
         for (parts, count) in counts {
             let phases = phases_of(Effort::Long, ModelKind::Neural, 5, parts);
-            assert_eq!(phases.len(), count, "{parts:?}");
+            assert_eq!(phases.len(), count);
         }
         // Linear has no first stage. Effort standard has a tenth of the paper's steps.
         let linear = phases_of(Effort::Standard, ModelKind::Linear, 1, TrainedParts::All);

@@ -11,7 +11,7 @@ use glimpse_optimizer::Groups;
 use rayon::prelude::*;
 
 use super::objective::{LossSamples, PaperObjective};
-use crate::linear::{Columns, ComponentsAt, Prior, principal_components};
+use crate::linear::{Columns, ComponentsAt, principal_components};
 use crate::meta::correction::Correction;
 use crate::meta::expected_loss::LossEstimate;
 use crate::meta::pattern::{Pattern, angles_above_horizon};
@@ -30,7 +30,7 @@ const POOL: usize = 8_192;
 /// The objective of the model Linear.
 pub struct RidgeObjective {
     streams: RandomStreams,
-    prior: Prior,
+    eta: f32,
     pool: WarpedPool,
     folds: Vec<Fold>,
 }
@@ -43,12 +43,13 @@ struct Fold {
 }
 
 impl RidgeObjective {
-    /// Computes the basis of each fold.
+    /// Computes the basis of each fold, with at most `components` components. `eta` is the precision of coefficients.
     #[must_use]
     pub fn new(
         materials: Vec<Box<dyn Material>>,
         columns: &Columns,
-        prior: Prior,
+        components: usize,
+        eta: f32,
         seed: u64,
     ) -> Self {
         let count = FOLDS.min(materials.len());
@@ -56,7 +57,7 @@ impl RidgeObjective {
         let columns_outside =
             |fold: usize| columns.columns_of(|index| count == 1 || index % count != fold);
         let min_columns = (0..count).map(|fold| columns_outside(fold).len()).min();
-        let components = prior.components.min(min_columns.unwrap_or(0).max(2) - 1);
+        let components = components.min(min_columns.unwrap_or(0).max(2) - 1);
         let pool = WarpedPool::new(materials.into(), 0, uniform_valid(POOL, seed));
         let folds = (0..count).map(|fold| {
             let basis = principal_components(columns, &columns_outside(fold), components);
@@ -67,7 +68,7 @@ impl RidgeObjective {
         });
         Self {
             streams: RandomStreams { seed },
-            prior,
+            eta,
             folds: folds.collect(),
             pool,
         }
@@ -88,7 +89,7 @@ impl RidgeObjective {
         let Fold { basis, table } = self.fold(task.material);
         let components = basis.components();
         let at = ComponentsAt::new(basis, pattern.angles().to_vec());
-        let correction = Correction::new(at, components, &vec![self.prior.eta; components]);
+        let correction = Correction::new(at, components, &vec![self.eta; components]);
         let readings = Reading::read_task(task, self.pool.materials(), 0, &correction.at);
         // Without a net, all coefficients are 0 before the correction.
         let corrected = correction.correct(&readings, &task.present, &vec![0.0; 3 * components]);

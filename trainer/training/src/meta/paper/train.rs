@@ -15,11 +15,10 @@ use super::ridge::RidgeObjective;
 use crate::linear::{Columns, ComponentsAt, principal_components};
 use crate::meta::expected_loss::{ValidatedLoss, ValidationSplit};
 use crate::meta::learned::{LearnedFit, LearnedRecipe, LearnedRidge, LearnedSgd};
-use crate::meta::options::Options;
-use crate::meta::outer::{Observer, OuterLoop, RunError};
+use crate::meta::options::{TrainedParts, TrainingOptions};
+use crate::meta::outer::{Checkpoints, Observer, OuterLoop, RunError};
 use crate::meta::pattern::angles_above_horizon;
 use crate::meta::phase::Values;
-use crate::meta::plan::TrainedParts;
 use crate::meta::streams::RandomStreams;
 use crate::meta::tasks::pool::WarpedPool;
 
@@ -35,19 +34,21 @@ const VALIDATION_POOL: usize = 4_096;
 /// # Errors
 /// If the run is stopped, or a checkpoint cannot be read or written.
 pub(crate) fn train(
-    options: &Options,
+    options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
+    checkpoints: Option<&Checkpoints>,
     observer: &mut Observer<'_>,
 ) -> Result<LearnedRecipe, RunError> {
     match ModelKernels::of(options.model) {
-        Some(kernels) => train_sgd(kernels, options, materials, observer),
-        None => train_ridge(options, materials, observer),
+        Some(kernels) => train_sgd(kernels, options, materials, checkpoints, observer),
+        None => train_ridge(options, materials, checkpoints, observer),
     }
 }
 
 /// Runs schedule paper on an objective with a number of materials.
 fn run(
-    options: &Options,
+    options: &TrainingOptions,
+    checkpoints: Option<&Checkpoints>,
     identities: &[Identity],
     objective: &dyn PaperObjective,
     tasks: usize,
@@ -58,7 +59,7 @@ fn run(
         phases: &phases(objective, options, tasks),
         path: None,
         identity: options.identity(identities),
-        checkpoints: options.checkpoints.as_ref(),
+        checkpoints,
         stage: 0,
     };
     outer_loop.run(observer)
@@ -67,8 +68,9 @@ fn run(
 /// Trains SGD steps with schedule paper. A tenth of the materials is held out.
 fn train_sgd(
     kernels: &'static ModelKernels,
-    options: &Options,
+    options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
+    checkpoints: Option<&Checkpoints>,
     observer: &mut Observer<'_>,
 ) -> Result<LearnedRecipe, RunError> {
     let seed = options.seed;
@@ -89,14 +91,21 @@ fn train_sgd(
         kernels,
         training: &training,
         validation: held_out.as_ref().unwrap_or(&training),
-        pretrained: options
-            .pretrained
-            .as_ref()
-            .filter(|_| options.parts == TrainedParts::PatternOnly),
+        pretrained: match &options.parts {
+            TrainedParts::PatternOnly(pretrained) => pretrained.as_ref(),
+            _ => None,
+        },
         inner_steps: INNER_STEPS,
         streams: RandomStreams { seed },
     };
-    let values = run(options, &identities, &objective, tasks, observer)?;
+    let values = run(
+        options,
+        checkpoints,
+        &identities,
+        &objective,
+        tasks,
+        observer,
+    )?;
     let estimate = objective.expected_loss(&values);
     Ok(LearnedRecipe {
         pattern: angles_above_horizon(&values.pattern),
@@ -115,25 +124,33 @@ fn train_sgd(
 
 /// Trains the pattern of the model Linear with schedule paper.
 fn train_ridge(
-    options: &Options,
+    options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
+    checkpoints: Option<&Checkpoints>,
     observer: &mut Observer<'_>,
 ) -> Result<LearnedRecipe, RunError> {
-    let (prior, seed, tasks) = (options.prior, options.seed, materials.len());
+    let (eta, seed, tasks) = (options.eta, options.seed, materials.len());
     let identities = Identity::list(&materials);
     // In random order; folds leave materials out instead.
     let (mut materials, mut held_out) = split(materials, seed);
     materials.append(&mut held_out);
     let columns = Columns::new(&materials);
-    let objective = RidgeObjective::new(materials, &columns, prior, seed);
-    let values = run(options, &identities, &objective, tasks, observer)?;
+    let objective = RidgeObjective::new(materials, &columns, options.bases, eta, seed);
+    let values = run(
+        options,
+        checkpoints,
+        &identities,
+        &objective,
+        tasks,
+        observer,
+    )?;
 
     let all: Vec<usize> = (0..columns.count()).collect();
     let basis = principal_components(&columns, &all, objective.components());
     let bytes = basis.to_bytes();
     let pattern = angles_above_horizon(&values.pattern);
     let at = ComponentsAt::new(&basis, pattern.clone());
-    let precision = vec![prior.eta; basis.components()];
+    let precision = vec![eta; basis.components()];
     let ridge = LearnedRidge::new(at, &precision, Basis::checksum(&bytes));
     Ok(LearnedRecipe {
         pattern,

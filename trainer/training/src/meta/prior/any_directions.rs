@@ -17,8 +17,8 @@ use super::start_objective::StartObjective;
 use super::virtual_readings::VirtualReadings;
 use crate::linear::{COMPACT_NODES, GaussianPrior, to_compact_bytes};
 use crate::meta::learned::{LearnedFit, LearnedRecipe, LearnedRidge};
-use crate::meta::options::Options;
-use crate::meta::outer::{Observer, OuterLoop, Progress, RunError};
+use crate::meta::options::TrainingOptions;
+use crate::meta::outer::{Checkpoints, Observer, OuterLoop, Progress, RunError};
 use crate::meta::streams::RandomStreams;
 use crate::meta::tasks::material::TaskMaterial;
 use crate::meta::tasks::task::{Dropout, Task};
@@ -35,8 +35,9 @@ const NOISE_VARIANCE: f64 = 0.02;
 /// # Errors
 /// If the run is stopped, or a checkpoint cannot be read or written.
 pub(crate) fn train(
-    options: &Options,
+    options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
+    checkpoints: Option<&Checkpoints>,
     observer: &mut Observer<'_>,
 ) -> Result<Option<LearnedRecipe>, RunError> {
     let mut begin_phase = |phase| {
@@ -122,7 +123,7 @@ pub(crate) fn train(
             phases: &[phases::start_at_any_directions(&objective, options.effort)],
             path: None,
             identity: options.identity(&identities),
-            checkpoints: options.checkpoints.as_ref(),
+            checkpoints,
             stage: 0,
         }
         .run(observer)?;

@@ -9,7 +9,7 @@ use glimpse_materials::{Material, Procedural};
 
 use super::virtual_readings::VirtualReadings;
 use crate::linear::{Columns, principal_components};
-use crate::meta::options::{CompletionOptions, Options};
+use crate::meta::options::TrainingOptions;
 use crate::meta::tasks::highlight_warp::HighlightWarp;
 use crate::meta::tasks::pool::WarpedPool;
 use crate::meta::tasks::task::{MaterialGroup, ReadingOptions};
@@ -46,8 +46,7 @@ pub struct Dataset {
 
 impl Dataset {
     /// Returns the dataset of `materials` and of procedural materials.
-    pub(super) fn of(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Self {
-        let completion_options = &options.completion_options;
+    pub(super) fn of(mut materials: Vec<Box<dyn Material>>, options: &TrainingOptions) -> Self {
         let training_count = materials.len();
         let sources = match &options.source_shares[..] {
             [] => vec![(training_count, 1.0)],
@@ -62,24 +61,24 @@ impl Dataset {
         for (materials, share) in sources {
             groups.push(MaterialGroup {
                 materials: (first..first + materials).collect(),
-                share: share * (1.0 - completion_options.procedural),
+                share: share * (1.0 - options.procedural),
             });
             first += materials;
         }
-        if completion_options.procedural > 0.0 {
-            let (count, seed) = CompletionOptions::PROCEDURAL_SET;
+        if options.procedural > 0.0 {
+            let (count, seed) = TrainingOptions::PROCEDURAL_SET;
             let set = Procedural::set(count, seed);
             classes.extend(set.iter().map(Procedural::class_index));
             let set = set.into_iter();
             materials.extend(set.map(|each| Box::new(each) as Box<dyn Material>));
             groups.push(MaterialGroup {
                 materials: (training_count..materials.len()).collect(),
-                share: completion_options.procedural,
+                share: options.procedural,
             });
         }
         let reading_options = ReadingOptions {
-            missing_share: completion_options.missing,
-            noise: completion_options.noise(),
+            missing_share: options.missing(),
+            noise: options.noise(),
         };
         let size = pool_size(training_count, HighlightWarp::all().len());
         let seed = options.seed;

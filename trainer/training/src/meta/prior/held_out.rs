@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use super::dataset::Dataset;
 use super::loss_predictor::{Evidence, HeldOutLoss, HeldOutOrigin};
 use super::objective::PriorObjective;
-use crate::meta::options::Options;
+use crate::meta::options::TrainingOptions;
 use crate::meta::phase::Values;
 use crate::meta::tasks::task::{Dropout, MaterialGroup, Task};
 
@@ -41,7 +41,7 @@ pub(super) struct TrainedFold<'t> {
 /// The losses of held-out materials.
 pub(super) struct HeldOut<'t> {
     dataset: &'t Dataset,
-    options: &'t Options,
+    options: &'t TrainingOptions,
     correction: FoldCorrection,
     losses: HeldOutLosses,
 }
@@ -56,8 +56,8 @@ pub(super) struct HeldOutLosses {
 }
 
 impl<'t> HeldOut<'t> {
-    pub(super) fn new(dataset: &'t Dataset, options: &'t Options) -> Self {
-        let counts = if options.completion_options.missing > 0.0 {
+    pub(super) fn new(dataset: &'t Dataset, options: &'t TrainingOptions) -> Self {
+        let counts = if options.missing() > 0.0 {
             partial_counts(options.samples)
         } else {
             Vec::new()

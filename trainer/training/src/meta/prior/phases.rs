@@ -5,8 +5,8 @@ use glimpse_optimizer::Groups;
 
 use super::objective::{OUTER_SAMPLES, PriorObjective, StepOptions};
 use super::start_objective::StartObjective;
+use crate::meta::options::Effort;
 use crate::meta::phase::{Gradient, Phase, Selection, Start};
-use crate::meta::plan::Effort;
 use crate::meta::tasks::task::Dropout;
 
 /// The step counts of an effort.

@@ -21,11 +21,11 @@ use crate::meta::identity::RunIdentity;
 use crate::meta::learned::{
     LearnedFit, LearnedNet, LearnedRecipe, LearnedRefinement, LearnedRidge,
 };
-use crate::meta::options::Options;
-use crate::meta::outer::{Observer, OuterLoop, PathOfSamples, Progress, RunError};
+use crate::meta::options::{Effort, TrainingOptions};
+use crate::meta::outer::{Checkpoints, Observer, OuterLoop, PathOfSamples, Progress, RunError};
 use crate::meta::pattern::Reach;
 use crate::meta::phase::{Phase, Values};
-use crate::meta::plan::Effort;
+use crate::meta::scan_budget::Motion;
 use crate::meta::streams::RandomStreams;
 use crate::meta::tasks::reading::LOG_SCALE;
 
@@ -47,8 +47,9 @@ const AUXILIARY_WEIGHT: f32 = 0.3;
 /// # Errors
 /// If the run is stopped, or a checkpoint cannot be read or written.
 pub(crate) fn train(
-    options: &Options,
+    options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
+    checkpoints: Option<&Checkpoints>,
     observer: &mut Observer<'_>,
 ) -> Result<LearnedRecipe, RunError> {
     let identities = Identity::list(&materials);
@@ -59,6 +60,7 @@ pub(crate) fn train(
     let [steps, fold_steps] = phases::step_counts(options.effort, options.model);
     let mut session = Session {
         options,
+        checkpoints,
         identity,
         refinement,
         total: steps + folds.len() * fold_steps,
@@ -133,7 +135,7 @@ pub(crate) fn train(
 }
 
 /// Returns the number of components of the correction, K.
-fn corrected_components(options: &Options) -> usize {
+fn corrected_components(options: &TrainingOptions) -> usize {
     if options.model == ModelKind::Linear && options.samples > MAX_DEVICE_SAMPLES {
         MAX_CORRECTED_COMPONENTS
     } else {
@@ -162,7 +164,8 @@ fn validated_loss(training_loss: LossEstimate, held_out_losses: &[HeldOutLoss]) 
 
 /// Several runs that are reported to the observer as one run.
 struct Session<'s, 'o> {
-    options: &'s Options,
+    options: &'s TrainingOptions,
+    checkpoints: Option<&'s Checkpoints>,
     identity: RunIdentity,
     refinement: Option<Refinement>,
     /// The number of outer steps of all runs.
@@ -198,10 +201,10 @@ impl<'s> Session<'s, '_> {
             refinement: self.refinement,
             auxiliary_weight: AUXILIARY_WEIGHT,
             reach: Reach {
-                limits: self.options.completion_options.limits,
-                fixed: &self.options.fixed,
+                limits: self.options.limits(),
+                fixed: &self.options.pattern,
             },
-            motion: self.options.motion(),
+            motion: Motion::of(self.options),
             earlier,
         }
     }
@@ -222,7 +225,7 @@ impl<'s> Session<'s, '_> {
                 permute: &permute,
             }),
             identity: self.identity,
-            checkpoints: self.options.checkpoints.as_ref(),
+            checkpoints: self.checkpoints,
             stage,
         };
         let (done_before, total) = (self.done, self.total);

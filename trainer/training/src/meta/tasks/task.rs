@@ -9,14 +9,14 @@ use glimpse_kernels::samples::OctetRgb;
 use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::pool::{FIELD_TERMS, WarpedPool};
 use super::samples::WeightedSamples;
 use crate::meta::initialization::standard_normal;
 
 /// The noise of readings in training, independent for each channel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Noise {
     /// The standard deviation relative to the reading, 0 or more.
     pub multiplicative: f32,

@@ -4,7 +4,6 @@
 use std::f32::consts::PI;
 use std::ops::{ControlFlow, Range};
 use std::path::Path;
-use std::time::Duration;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::gonio::Limits;
@@ -15,21 +14,18 @@ use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 use glimpse_kernels::scan::scan;
 use glimpse_materials::{Brdf, Procedural};
 use glimpse_training::meta::learned::LearnedFit;
-use glimpse_training::meta::options::{CompletionOptions, Options};
-use glimpse_training::meta::outer::{CheckpointOptions, OuterLoop, RunError};
+use glimpse_training::meta::options::{Effort, Schedule, TrainingOptions};
+use glimpse_training::meta::outer::{Checkpoints, OuterLoop, RunError};
 use glimpse_training::meta::pattern::Reach;
 use glimpse_training::meta::phase::{OuterStep, Phase, Values};
-use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::prior::dataset::{Dataset, Subset};
 use glimpse_training::meta::prior::objective::{PriorObjective, StepOptions};
 use glimpse_training::meta::prior::phases::phases;
 use glimpse_training::meta::prior::refinement::Refinement;
 use glimpse_training::meta::run::{TrainError, train};
-use glimpse_training::meta::scan_budget::ScanBudget;
 use glimpse_training::meta::streams::RandomStreams;
 use glimpse_training::meta::tasks::task::{Dropout, MaterialGroup, Noise, ReadingOptions};
 use glimpse_training::recipe::pack_recipe;
-use glimpse_training::route::Axes;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::support::{
@@ -224,9 +220,9 @@ fn reordering_samples_preserves_the_loss() {
 fn outer_loop<'a>(
     objective: &PriorObjective<'_>,
     phases: &'a [Phase<'a>],
-    checkpoints: Option<&'a CheckpointOptions>,
+    checkpoints: Option<&'a Checkpoints>,
 ) -> OuterLoop<'a> {
-    let options = Options::new(
+    let options = TrainingOptions::new(
         objective.model(),
         SAMPLES,
         Schedule::Prior,
@@ -243,11 +239,9 @@ fn outer_loop<'a>(
     }
 }
 
-/// Returns options for checkpoints that are written only when a run stops.
-fn checkpoints(directory: &Path) -> CheckpointOptions {
-    CheckpointOptions {
+fn checkpoints(directory: &Path) -> Checkpoints {
+    Checkpoints {
         directory: directory.to_owned(),
-        interval: Duration::from_secs(3600),
         resume: true,
     }
 }
@@ -273,40 +267,32 @@ fn resumed_run_matches_uninterrupted_run() {
 /// The run is stopped while the budget's weight and the order of the samples change.
 #[test]
 fn resumed_run_with_a_budget_matches_uninterrupted_run() {
-    let scan = ScanBudget {
-        seconds: 8.0,
-        speeds: Axes::from_array([10.0; 4]),
-        settle: 0.5,
-    };
-    assert_resumed_run_matches(Some(scan), 0.25);
+    assert_resumed_run_matches(Some(8.0), 0.25);
 }
 
-fn assert_resumed_run_matches(scan: Option<ScanBudget>, stop_at: f64) {
+fn assert_resumed_run_matches(scan_seconds: Option<f64>, stop_at: f64) {
     let scratch = tempfile::tempdir().expect("a temporary directory");
-    let options = |checkpoints| Options {
-        completion_options: CompletionOptions {
-            missing: 0.5,
-            noise: 0.02,
-            procedural: 0.0,
-            scan,
-            ..CompletionOptions::default()
-        },
-        checkpoints,
-        ..Options::new(ModelKind::Phong, 3, Schedule::Prior, Effort::Brief, 3)
+    let options = TrainingOptions {
+        missing: Some(0.5),
+        noise: 0.02,
+        procedural: 0.0,
+        scan_seconds,
+        ..TrainingOptions::new(ModelKind::Phong, 3, Schedule::Prior, Effort::Brief, 3)
     };
-    let never_stop = &mut |_: &_| ControlFlow::Continue(());
-    let expected = train(&options(None), procedural(10, 3), never_stop).expect("training succeeds");
-    let options = options(Some(checkpoints(&scratch.path().join("checkpoint"))));
-    let stopped = train(
-        &options,
-        procedural(10, 3),
-        &mut |progress| match progress.done as f64 > stop_at * progress.total as f64 {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        },
-    );
+    let run = |checkpoints, stop_at| {
+        train(&options, procedural(10, 3), checkpoints, &mut |progress| {
+            if progress.done as f64 > stop_at * progress.total as f64 {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        })
+    };
+    let expected = run(None, f64::INFINITY).expect("training succeeds");
+    let checkpoints = checkpoints(&scratch.path().join("checkpoint"));
+    let stopped = run(Some(&checkpoints), stop_at);
     assert!(matches!(stopped, Err(TrainError::Stopped(_))));
-    let resumed = train(&options, procedural(10, 3), never_stop);
+    let resumed = run(Some(&checkpoints), f64::INFINITY);
     assert_eq!(resumed.expect("training succeeds"), expected);
 }
 
@@ -339,8 +325,8 @@ fn run_resumed_at_sample_reordering_matches_uninterrupted_run() {
 #[test]
 fn packed_recipe_matches_trained_net() {
     let model = ModelKind::Linear;
-    let options = Options::new(model, SAMPLES, Schedule::Prior, Effort::Brief, 1);
-    let learned = train(&options, procedural(12, 3), &mut |_| {
+    let options = TrainingOptions::new(model, SAMPLES, Schedule::Prior, Effort::Brief, 1);
+    let learned = train(&options, procedural(12, 3), None, &mut |_| {
         ControlFlow::Continue(())
     });
     let learned = learned.expect("training succeeds");

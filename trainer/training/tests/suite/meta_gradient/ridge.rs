@@ -4,7 +4,8 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::model::linear::EPSILON;
 use glimpse_materials::Material;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_training::linear::{Columns, ComponentsAt, Prior, principal_components};
+use glimpse_training::linear::{Columns, ComponentsAt, principal_components};
+use glimpse_training::meta::options::TrainingOptions;
 use glimpse_training::meta::paper::objective::{InnerSamples, LossSamples, PaperObjective};
 use glimpse_training::meta::paper::ridge::RidgeObjective;
 use glimpse_training::meta::pattern::{angles_above_horizon, logits_from_angles};
@@ -16,6 +17,8 @@ use crate::support::{
 };
 
 const MATERIALS: usize = 6;
+const BASES: usize = TrainingOptions::PAPER_BASES;
+const ETA: f32 = TrainingOptions::PAPER_ETA;
 const SEED: u64 = 3;
 const STEP: OuterStep = OuterStep {
     phase_index: 1,
@@ -30,7 +33,7 @@ const SAMPLES: LossSamples = LossSamples {
 fn objective() -> RidgeObjective {
     let materials = procedural(MATERIALS, 3);
     let columns = Columns::new(&materials);
-    RidgeObjective::new(materials, &columns, Prior::PAPER, SEED)
+    RidgeObjective::new(materials, &columns, BASES, ETA, SEED)
 }
 
 /// Returns a pattern near the normal, where all samples are valid.
@@ -76,7 +79,7 @@ fn expected_loss_is_that_of_folds() {
     let directions = uniform_valid(8_192, SEED);
     let losses = materials.iter().enumerate().map(|(index, material)| {
         let others = columns.columns_of(|other| other % FOLDS != index % FOLDS);
-        let basis = principal_components(&columns, &others, Prior::PAPER.components);
+        let basis = principal_components(&columns, &others, BASES);
         let pattern = ComponentsAt::new(&basis, angles_above_horizon(&values.pattern));
         let coefficients = fit(&pattern, &**material);
         let at = ComponentsAt::new(&basis, directions.clone());
@@ -109,7 +112,7 @@ fn fit(at: &ComponentsAt, material: &dyn Material) -> Vec<f32> {
         let mapped: Vec<f64> = mapped.collect();
         let rows: Vec<f64> = at.rows.iter().copied().map(f64::from).collect();
         let rows = nalgebra::DMatrix::from_row_slice(at.count(), count, &rows);
-        let eta = nalgebra::DMatrix::identity(count, count) * f64::from(Prior::PAPER.eta);
+        let eta = nalgebra::DMatrix::identity(count, count) * f64::from(ETA);
         let matrix = rows.tr_mul(&rows) + eta;
         let right = rows.tr_mul(&nalgebra::DVector::from_vec(mapped));
         let solution = matrix.lu().solve(&right).expect("the matrix is regular");
