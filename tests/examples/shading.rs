@@ -46,9 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             outgoing: direction(theta_o, phi_o),
         };
         let at = HalfDifference::from_directions(&directions).ok_or("opposite directions")?;
-        let mut brdf = [[0.0; 3]];
-        shading.evaluate(&[at], &mut brdf);
-        let [[red, green, blue]] = brdf;
+        let [red, green, blue] = shading.values_at(&[at])[0];
         writeln!(table, "{red},{green},{blue}")?;
     }
     std::fs::write(out, table)?;

@@ -9,8 +9,8 @@ use glimpse_core::model::{ModelKind, NeuralParameters};
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::setting::Name;
 use glimpse_materials::{
-    Brdf, Colors, Format, Material, NeuralBrdf, NotFinite, Physical, PhysicalErrors, Source,
-    SourceError, pab_suffixes, to_merl, to_nbrdf, to_open_material, to_pab, to_rgl, to_ssdd,
+    Brdf, Format, Material, NotFinite, Physical, PhysicalErrors, Source, SourceError, Tabulation,
+    to_nbrdf,
 };
 
 use crate::evaluation::{EvaluationError, Fitted, Method, OPTIMUM_STEPS, compare};
@@ -59,9 +59,6 @@ pub enum ConversionError {
     /// A path has no file name.
     #[error("{} has no file name; give DIR/NAME", .0.display())]
     Name(PathBuf),
-    /// A path has the extension `.npy`, but not the suffix of one of a network's files.
-    #[error("{} is not one of a network's six file names; give NAME_fc1.npy or NAME", .0.display())]
-    NotNetworkFile(PathBuf),
 }
 
 /// An output format of materials.
@@ -102,7 +99,7 @@ impl OutputFormat {
     /// Returns true if a file of this format is a table, which can hold any BRDF.
     #[must_use]
     pub fn is_table(self) -> bool {
-        !matches!(self, Self::Brdf(Format::Nbrdf) | Self::Shading(_))
+        matches!(self, Self::Brdf(format) if format.tabulate().is_some())
     }
 
     /// Returns the format with this name; None if no format has it.
@@ -116,7 +113,7 @@ impl OutputFormat {
     /// # Errors
     /// If the ending is that of another format, or neither states a format.
     pub fn choose(requested: Option<Self>, path: &Path) -> Result<Self, ConversionError> {
-        match (requested, Self::from_extension(path)) {
+        match (requested, Self::from_ending(path)) {
             (Some(requested), Some(format)) if requested != format => {
                 Err(ConversionError::OtherEnding(path.into(), format))
             }
@@ -128,28 +125,20 @@ impl OutputFormat {
 
     /// Returns the format for the ending of a file's name; None for other endings.
     #[must_use]
-    pub fn from_extension(path: &Path) -> Option<Self> {
-        match path.extension()?.to_str()? {
-            "binary" => Some(Self::Brdf(Format::Merl)),
-            "bsdf" if has_suffix(path, "_spec") => Some(Self::Brdf(Format::RglSpectra)),
-            "bsdf" => Some(Self::Brdf(Format::Rgl)),
-            "xompt" => Some(Self::Brdf(Format::OpenMaterial)),
-            "ssdd" => Some(Self::Brdf(Format::Ssdd)),
-            "npy" => Some(Self::Brdf(Format::Nbrdf)),
-            "gltf" => Some(Self::Shading(ShadingModel::Gltf)),
-            "mtlx" => Some(Self::Shading(ShadingModel::OpenPbr)),
-            "json" if has_suffix(path, "_principled") => {
-                Some(Self::Shading(ShadingModel::Principled))
-            }
-            _ => None,
+    pub fn from_ending(path: &Path) -> Option<Self> {
+        let name = path.file_name()?.to_str()?;
+        let is_shading = |format: &Self| matches!(format, Self::Shading(model) if name.ends_with(model.suffix()));
+        let format = Format::from_ending(path).map(Self::Brdf);
+        format.or_else(|| Self::ALL.into_iter().find(is_shading))
+    }
+
+    /// Returns the ends of the names of written files, one for each file.
+    fn endings(self) -> Vec<&'static str> {
+        match self {
+            Self::Brdf(format) => format.written_endings().to_vec(),
+            Self::Shading(model) => vec![model.suffix()],
         }
     }
-}
-
-/// Returns true if the file's name without its extension has this ending, as `NAME_spec.bsdf`, RGL's name of spectral files.
-fn has_suffix(path: &Path, suffix: &str) -> bool {
-    let stem = path.file_stem().and_then(|stem| stem.to_str());
-    stem.is_some_and(|stem| stem.ends_with(suffix))
 }
 
 /// The files of a material.
@@ -200,34 +189,20 @@ impl Encoded {
     }
 }
 
-/// Returns the paths of a material's files. For MERL, RGL and shading models, `path` is the only file. For NBRDF, it is one of the six
-/// files or their common prefix. For PAB-Opto's text, it is the common prefix.
+/// Returns the paths of a material's files. `path` is the only file, or one of several files, or their common prefix.
 ///
 /// # Errors
-/// If the path has no file name, or ends in `.npy` but not like one of the six files.
+/// If the path has no file name.
 pub fn output_paths(format: OutputFormat, path: &Path) -> Result<Vec<PathBuf>, ConversionError> {
-    match format {
-        OutputFormat::Shading(_)
-        | OutputFormat::Brdf(
-            Format::Merl | Format::Rgl | Format::RglSpectra | Format::OpenMaterial | Format::Ssdd,
-        ) => Ok(vec![path.to_owned()]),
-        OutputFormat::Brdf(Format::Pab) => {
-            let name = file_name(path)?;
-            let names = pab_suffixes().map(|suffix| format!("{name}{suffix}"));
-            Ok(names.map(|name| path.with_file_name(name)).collect())
-        }
-        OutputFormat::Brdf(Format::Nbrdf) => {
-            if let Some(files) = NeuralBrdf::files_of(path) {
-                return Ok(files.to_vec());
-            }
-            if path.extension().is_some_and(|extension| extension == "npy") {
-                return Err(ConversionError::NotNetworkFile(path.into()));
-            }
-            let first = format!("{}_fc1.npy", file_name(path)?);
-            let files = NeuralBrdf::files_of(&path.with_file_name(first));
-            Ok(files.into_iter().flatten().collect())
-        }
+    let endings = format.endings();
+    if endings.len() == 1 {
+        return Ok(vec![path.to_owned()]);
     }
+    let name = file_name(path)?;
+    let prefix = endings.iter().find_map(|ending| name.strip_suffix(ending));
+    let prefix = prefix.unwrap_or(name);
+    let names = endings.iter().map(|ending| format!("{prefix}{ending}"));
+    Ok(names.map(|name| path.with_file_name(name)).collect())
 }
 
 /// Returns the file name of a path, which is the common prefix of several files.
@@ -258,42 +233,51 @@ pub fn encode(
     if as_fitted && !format.is_table() {
         return Err(ConversionError::AsFitted(format));
     }
-    let unchanged = |files| Encoded {
-        files,
-        shading: None,
-        is_changed: false,
+    let encoded = |files: Vec<Vec<u8>>| {
+        let names = format.endings().into_iter();
+        let names = names.map(|ending| format!("{name}{ending}"));
+        Encoded {
+            files: names.zip(files).collect(),
+            shading: None,
+            is_changed: false,
+        }
     };
     match format {
-        OutputFormat::Brdf(Format::Nbrdf) => {
-            let network = match material.network() {
-                Some(network) => network,
-                None => fit_network(material, seed)?,
-            };
-            let files = to_nbrdf(&network).into_iter();
-            let files = files.map(|(suffix, bytes)| (format!("{name}{suffix}"), bytes));
-            Ok(unchanged(files.collect()))
-        }
         OutputFormat::Brdf(format) => {
-            let has_bands = matches!(
-                format,
-                Format::RglSpectra | Format::OpenMaterial | Format::Ssdd
-            );
-            let spectrum = material.spectrum().filter(|_| has_bands);
+            let Some(tabulate) = format.tabulate() else {
+                let network = match material.network() {
+                    Some(network) => network,
+                    None => fit_network(material, seed)?,
+                };
+                return Ok(encoded(to_nbrdf(&network).to_vec()));
+            };
+            let spectrum = material.spectrum().filter(|_| format.has_spectra());
             let groups: Vec<_> = spectrum.iter().flat_map(|bands| bands.groups()).collect();
             let in_rgb = Physical::as_fitted(material);
             let brdfs: Vec<&dyn Brdf> = match spectrum {
                 Some(_) => groups.iter().map(|group| group as &dyn Brdf).collect(),
                 None => vec![&in_rgb],
             };
-            let physical = match as_fitted {
-                true => Physical::as_fitted,
-                false => Physical::of,
+            let physical = if as_fitted {
+                Physical::as_fitted
+            } else {
+                Physical::of
             };
             let tables: Vec<Physical<'_>> = brdfs.into_iter().map(physical).collect();
-            let wavelengths = spectrum.map_or(&[][..], |spectrum| spectrum.wavelengths());
+            let groups: Vec<&dyn Brdf> = tables.iter().map(|brdf| brdf as &dyn Brdf).collect();
+            let table = Tabulation {
+                name,
+                rgb: if spectrum.is_some() {
+                    &in_rgb
+                } else {
+                    groups[0]
+                },
+                wavelengths: spectrum.map_or(&[], |spectrum| spectrum.wavelengths()),
+                groups: &groups,
+            };
             Ok(Encoded {
                 is_changed: tables.iter().any(Physical::is_changed),
-                ..unchanged(table(material, wavelengths, &tables, format, name)?)
+                ..encoded(tabulate(&table)?)
             })
         }
         OutputFormat::Shading(model) => {
@@ -307,50 +291,10 @@ pub fn encode(
                     before: PhysicalErrors::of(material),
                     after: PhysicalErrors::of(&shading),
                 }),
-                ..unchanged(vec![(format!("{name}{}", model.suffix()), file)])
+                ..encoded(vec![file])
             })
         }
     }
-}
-
-/// Returns the files of a table. Without wavelengths, `brdfs` is the material in RGB. With wavelengths in nm, it has a BRDF for
-/// each three of them.
-fn table(
-    material: &dyn Material,
-    wavelengths: &[f32],
-    brdfs: &[Physical<'_>],
-    format: Format,
-    name: &str,
-) -> Result<Vec<(String, Vec<u8>)>, ConversionError> {
-    let groups: Vec<&dyn Brdf> = brdfs.iter().map(|brdf| brdf as &dyn Brdf).collect();
-    let in_rgb = groups[0];
-    let tensors = |brdf: &dyn Brdf, suffix: &str, colors: Colors<'_>| {
-        let version = env!("CARGO_PKG_VERSION");
-        let description = format!("{}, by glimpse-trainer {version}", material.name());
-        let bytes = to_rgl(&description, brdf, colors)?;
-        Ok::<_, ConversionError>((format!("_{suffix}.bsdf"), bytes))
-    };
-    let (suffix, bytes) = match format {
-        Format::Merl => (".binary".to_owned(), to_merl(in_rgb)?),
-        Format::Rgl => tensors(in_rgb, "rgb", Colors::Rgb)?,
-        Format::RglSpectra if wavelengths.is_empty() => tensors(in_rgb, "spec", Colors::Spectra)?,
-        Format::RglSpectra => {
-            let colors = Colors::Bands(wavelengths, &groups);
-            tensors(&Physical::as_fitted(material), "spec", colors)?
-        }
-        Format::OpenMaterial => {
-            let bytes = to_open_material(name, wavelengths, &groups)?;
-            ("_brdf.xompt".to_owned(), bytes)
-        }
-        Format::Ssdd => (".ssdd".to_owned(), to_ssdd(name, wavelengths, &groups)?),
-        Format::Pab => {
-            let texts = to_pab(name, in_rgb)?.into_iter().map(String::into_bytes);
-            let names = pab_suffixes().map(|suffix| format!("{name}{suffix}"));
-            return Ok(names.zip(texts).collect());
-        }
-        Format::Nbrdf => return Err(ConversionError::NotNetworkFile(name.into())),
-    };
-    Ok(vec![(format!("{name}{suffix}"), bytes)])
 }
 
 /// Fits a network to a material.

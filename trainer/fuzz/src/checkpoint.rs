@@ -5,7 +5,7 @@
 
 use std::fs;
 
-use crc::{CRC_32_ISO_HDLC, Crc};
+use glimpse_core::checksum::crc_32;
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::identity::RunIdentity;
 
@@ -27,7 +27,7 @@ pub(crate) fn check(input: &[u8]) {
     };
     let mut bytes = bytes.to_vec();
     if correct_checksum & 1 == 1 && bytes.len() >= HEADER_LENGTH {
-        let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&bytes[HEADER_LENGTH..]);
+        let checksum = crc_32(&bytes[HEADER_LENGTH..]);
         bytes[4..HEADER_LENGTH].copy_from_slice(&checksum.to_le_bytes());
     }
     let folder = Folder::new();

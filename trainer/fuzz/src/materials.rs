@@ -38,9 +38,9 @@ pub(crate) fn check_network(input: &[u8]) {
     };
     let folder = Folder::new();
     let mut arrays = to_nbrdf(&NeuralParameters::filled(0.1));
-    arrays[usize::from(*replaced) % 6].1 = bytes.to_vec();
-    for (suffix, bytes) in arrays {
-        folder.write(&format!("input{suffix}"), &bytes);
+    arrays[usize::from(*replaced) % 6] = bytes.to_vec();
+    for (ending, bytes) in Format::Nbrdf.written_endings().iter().zip(arrays) {
+        folder.write(&format!("input{ending}"), &bytes);
     }
     check_source(&folder.path().join("input_b2.npy"), "input_");
 }
@@ -64,8 +64,7 @@ fn check_source(path: &Path, name: &str) {
     // Loading a complete PAB-Opto set resamples it, which takes seconds. An incomplete one is NaN at unknown directions.
     if let Ok(Format::Pab) = Format::detect(path) {
         if let Some(set) = accepted(PabSet::read(path), name) {
-            let mut brdf = [[0.0; 3]; ANGLES.len()];
-            set.evaluate(&ANGLES.map(HalfDifference::from_angles), &mut brdf);
+            let brdf = set.values_at(&ANGLES.map(HalfDifference::from_angles));
             let mut values = brdf.as_flattened().iter();
             assert!(
                 values.all(|value| value.is_nan() || is_valid(value)),
@@ -75,11 +74,10 @@ fn check_source(path: &Path, name: &str) {
         return;
     }
     for material in accepted(source.load(), name).into_iter().flatten() {
-        for angles in ANGLES {
-            let (brdf, derivative) = material.brdf_with_derivative(angles);
+        for (angles, (brdf, derivative)) in ANGLES.iter().zip(material.with_derivatives(&ANGLES)) {
             // Networks and fits extrapolate, and may overflow.
             if let Ok(Format::Merl | Format::Rgl | Format::RglSpectra) = Format::detect(path) {
-                let values = [brdf, material.at_angles(angles)];
+                let values = [brdf, material.at_angles(*angles)];
                 assert!(values.as_flattened().iter().all(is_valid), "{values:?}");
                 let has_nan = derivative.as_flattened().iter().any(|value| value.is_nan());
                 assert!(!has_nan, "{derivative:?}");

@@ -5,7 +5,7 @@ use glimpse_core::model::ModelKind;
 use serde::{Deserialize, Serialize};
 
 use crate::basis::Basis;
-use crate::{Brdf, FittedBrdf, Viewing, weighted_sums};
+use crate::{Brdf, BrdfWithDerivative, FittedBrdf, Viewing, weighted_sums};
 
 /// The number of bands of a group.
 const GROUP: usize = 3;
@@ -98,15 +98,17 @@ impl Bands {
         spectra
     }
 
-    /// Evaluates the color of the spectra (CIE 1931, D65) in linear RGB, sr^-1, not times the cosine.
-    pub(crate) fn evaluate_colors(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        for (spectrum, brdf) in self.evaluate(at).iter().zip(brdf) {
-            *brdf = self.color(spectrum);
-        }
+    /// Returns the colors of the spectra (CIE 1931, D65) in linear RGB, sr^-1, not times the cosine.
+    pub(crate) fn colors_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
+        let spectra = self.evaluate(at);
+        spectra
+            .iter()
+            .map(|spectrum| self.color(spectrum))
+            .collect()
     }
 
     /// Returns the color at angles, and for each channel its derivatives with respect to theta_h, theta_d and phi_d.
-    pub(crate) fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
+    pub(crate) fn brdf_with_derivative(&self, angles: Angles<f32>) -> BrdfWithDerivative {
         let groups = self
             .groups()
             .map(|group| group.brdf_with_derivative(angles));
@@ -143,7 +145,7 @@ impl BandGroup<'_> {
         }
     }
 
-    fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
+    fn brdf_with_derivative(&self, angles: Angles<f32>) -> BrdfWithDerivative {
         let mut result = ([0.0; 3], [[0.0; 3]; 3]);
         self.for_each(|fit, channels| {
             let (brdf, derivative) = fit.brdf_with_derivative(angles);
@@ -157,15 +159,15 @@ impl BandGroup<'_> {
 }
 
 impl Brdf for BandGroup<'_> {
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        let mut of_fit = vec![[0.0; 3]; at.len()];
+    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
+        let mut values = vec![[0.0; 3]; at.len()];
         self.for_each(|fit, channels| {
-            fit.evaluate(at, &mut of_fit);
-            for (brdf, of_fit) in brdf.iter_mut().zip(&of_fit) {
+            for (value, of_fit) in values.iter_mut().zip(fit.values_at(at)) {
                 for [channel, from] in channels {
-                    brdf[*channel] = of_fit[*from];
+                    value[*channel] = of_fit[*from];
                 }
             }
         });
+        values
     }
 }

@@ -5,33 +5,24 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use crate::NotFinite;
 use crate::basis::{Reconstruction, angles_of};
 
-/// A BRDF that metrics and pictures evaluate at many directions in one call.
+/// A BRDF in each channel, and its derivatives with respect to theta_h, theta_d and phi_d.
+pub type BrdfWithDerivative = ([f32; 3], [[f32; 3]; 3]);
+
+/// A BRDF in linear RGB, sr^-1 (not times the cosine); NaN where it is unknown.
+///
+/// Each of [`Brdf::values_at`] and [`Brdf::at_angles`] has a default that calls the other one: implement at least one.
 pub trait Brdf: Sync {
-    /// Evaluates the BRDF in linear RGB, sr^-1 (not times the cosine), at each element of `at`. Writes the
-    /// values to `brdf`, which has the same length; NaN where the BRDF is unknown.
-    ///
-    /// Each of this method and [`Brdf::at_angles`] has a default that calls the other one: implement at least one.
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        for (at, brdf) in at.iter().zip(brdf) {
-            *brdf = self.at_angles(angles_of(at));
-        }
+    /// Returns the BRDF at each pair of directions.
+    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
+        at.iter().map(|at| self.at_angles(angles_of(at))).collect()
     }
 
-    /// Returns the BRDF in linear RGB, sr^-1 (not times the cosine), at angles in radians; NaN where it is unknown.
+    /// Returns the BRDF at angles in radians.
     ///
     /// The default converts the angles to a pair of directions. Materials use the angles instead: at theta_d = 0, the
     /// pair does not determine phi_d, and a table may hold a different value for each phi_d.
     fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
-        let mut brdf = [[0.0; 3]];
-        self.evaluate(&[HalfDifference::from_angles(angles)], &mut brdf);
-        brdf[0]
-    }
-
-    /// Returns the values of [`Brdf::evaluate`] at each element of `at`.
-    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
-        let mut values = vec![[0.0; 3]; at.len()];
-        self.evaluate(at, &mut values);
-        values
+        self.values_at(&[HalfDifference::from_angles(angles)])[0]
     }
 
     /// Returns [`Brdf::values_at`].
@@ -48,18 +39,17 @@ pub trait Brdf: Sync {
 }
 
 impl<F: Fn(&HalfDifference<f32>) -> [f32; 3] + Sync + ?Sized> Brdf for F {
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        for (at, brdf) in at.iter().zip(brdf) {
-            *brdf = self(at);
-        }
+    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
+        at.iter().map(self).collect()
     }
 }
 
 impl Brdf for Reconstruction {
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        for (at, brdf) in at.iter().zip(brdf) {
+    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
+        let value = |at: &HalfDifference<f32>| {
             let weight = f64::from(at.cos_theta_i()) * f64::from(at.cos_theta_o());
-            *brdf = self.brdf(&angles_of(at), weight);
-        }
+            self.brdf(&angles_of(at), weight)
+        };
+        at.iter().map(value).collect()
     }
 }

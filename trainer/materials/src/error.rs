@@ -11,8 +11,9 @@ use crate::untrusted::read_at_most;
 /// The largest COUNT of `procedural:COUNT`.
 pub(super) const MAX_PROCEDURAL: usize = 100_000;
 /// All kinds of sources.
-const MATERIALS: &str = "a MERL (*.binary), RGL (*.bsdf) or NBRDF (NAME_fc1.npy and its five siblings) file, a PAB-Opto \
-                         file, a fitted material.json, a directory of those, or procedural[:COUNT[:SEED]]";
+const MATERIALS: &str = "a file of MERL (NAME.binary), RGL (NAME.bsdf), NBRDF (NAME_fc1.npy and its five siblings), SSDD \
+                         (NAME.ssdd), OpenMATERIAL (NAME_brdf.xompt) or PAB-Opto, a fitted material.json, a directory \
+                         of those, or procedural[:COUNT[:SEED]]";
 
 /// An error while reading materials.
 #[derive(Debug, thiserror::Error)]
@@ -25,32 +26,25 @@ pub enum SourceError {
         /// The cause.
         source: io::Error,
     },
-    /// A file is damaged.
-    #[error(
-        "{}: {defect}; replace the file with an intact copy, or write it again in this form", path.display()
-    )]
-    Damaged {
+    /// A file is damaged, or its form is not supported.
+    #[error("{}: {defect}", path.display())]
+    Rejected {
         /// The file.
         path: PathBuf,
         /// The defect.
-        defect: String,
-    },
-    /// A file is intact, and its form is not supported.
-    #[error("{}: {defect}; {remedy}", path.display())]
-    Unsupported {
-        /// The file.
-        path: PathBuf,
-        /// The unsupported property.
-        defect: String,
-        /// The remedy.
-        remedy: &'static str,
+        defect: Defect,
     },
     /// No file or directory has this path.
     #[error("{} does not exist; give {MATERIALS}", .0.display())]
     NotFound(PathBuf),
     /// A file has no known format.
-    #[error("{} is not a material; give {MATERIALS}", .0.display())]
-    UnknownFormat(PathBuf),
+    #[error("{} is not a material: it starts with `{start}`; give {MATERIALS}", path.display())]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+        /// Its first bytes, with those escaped that are not ASCII text.
+        start: String,
+    },
     /// Two materials have the same name.
     #[error(
         "{} and {} both hold a material named {name}; rename or remove one of them", first.display(), second.display()
@@ -136,38 +130,44 @@ pub(super) fn read_text(path: &Path, max_bytes: u64) -> Result<String, SourceErr
     })
 }
 
-/// A defect of a file. [`Defect::in_file`] adds the path, and [`SourceError`] the remedy.
-#[derive(Debug)]
-pub(super) enum Defect {
-    /// The file is damaged.
-    Damaged(String),
-    /// The file is intact, its form is not supported, and this is the remedy.
-    Unsupported(String, &'static str),
+/// A defect of a file, and its remedy.
+#[derive(Debug, thiserror::Error)]
+#[error("{defect}; {remedy}")]
+pub struct Defect {
+    defect: String,
+    remedy: &'static str,
 }
 
-/// The remedy for materials in forms that other programs read.
-pub(super) const CONVERT: &str = "convert it to a MERL table NAME.binary, or remove it";
-
+/// Makes the defect of a damaged file.
 impl<T: Into<String>> From<T> for Defect {
     fn from(defect: T) -> Self {
-        Self::Damaged(defect.into())
+        Self::new(
+            defect,
+            "replace the file with an intact copy, or write it again in this form",
+        )
     }
 }
 
 impl Defect {
+    pub(super) fn new(defect: impl Into<String>, remedy: &'static str) -> Self {
+        let defect = defect.into();
+        Self { defect, remedy }
+    }
+
+    /// Makes the defect of an intact file whose form is not supported.
+    pub(super) fn unsupported(defect: impl Into<String>) -> Self {
+        Self::new(
+            defect,
+            "convert it to a MERL table NAME.binary, or remove it",
+        )
+    }
+
     /// Returns a function that converts a defect of a file to a [`SourceError`].
     pub(super) fn in_file<D: Into<Self>>(path: &Path) -> impl Fn(D) -> SourceError {
         let path = path.to_owned();
-        move |defect| match defect.into() {
-            Self::Damaged(defect) => SourceError::Damaged {
-                path: path.clone(),
-                defect,
-            },
-            Self::Unsupported(defect, remedy) => SourceError::Unsupported {
-                path: path.clone(),
-                defect,
-                remedy,
-            },
+        move |defect| SourceError::Rejected {
+            path: path.clone(),
+            defect: defect.into(),
         }
     }
 }

@@ -1,10 +1,13 @@
 //! Atomic writes of files, and writes to pipes and devices.
 
-use std::fs::{self, OpenOptions};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
+
+/// The number of random characters at the end of a temporary file's name.
+const RANDOM_CHARACTERS: usize = 6;
 
 /// Writes a file atomically: a reader sees either the complete old content or the complete new content.
 ///
@@ -19,12 +22,8 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let Some(path) = replaced_file(path)? else {
         return OpenOptions::new().append(true).open(path)?.write_all(bytes);
     };
-    let prefix = temporary_prefix(&path);
     for entry in fs::read_dir(directory_of(&path))? {
-        let entry = entry?;
-        if entry.file_name().to_string_lossy().starts_with(&prefix) {
-            fs::remove_file(entry.path())?;
-        }
+        remove_leftover(&entry?.path(), &path);
     }
     let mut file = temporary_file(&path)?;
     if let Ok(old) = fs::metadata(&path) {
@@ -36,18 +35,14 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
     Ok(())
 }
 
-/// Checks that a file of `bytes` bytes can be written, before a long computation. Writes a temporary file and removes
-/// it. Pipes and devices are not checked.
+/// Checks that a file can be created or replaced, before a long computation. Pipes and devices are not checked.
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn check_writable(path: &Path, bytes: usize) -> io::Result<()> {
-    let Some(path) = replaced_file(path)? else {
-        return Ok(());
-    };
-    let mut file = temporary_file(&path)?;
-    file.write_all(&vec![0xa5; bytes])?;
-    file.as_file().sync_all()
+pub fn check_writable(path: &Path) -> io::Result<()> {
+    // Unless the file system lacks it, this file has no name.
+    let file = replaced_file(path)?.map(|path| tempfile::tempfile_in(directory_of(&path)));
+    file.transpose().map(drop)
 }
 
 /// Creates a directory unless it exists. Its parent must exist.
@@ -131,15 +126,37 @@ fn temporary_prefix(path: &Path) -> String {
     format!(".unfinished-{name}-")
 }
 
-/// Creates a temporary file in the directory of `path`. Dropping the handle removes the file.
+/// Creates a temporary file in the directory of `path`, locked until it is closed. Dropping the handle removes the file.
 fn temporary_file(path: &Path) -> io::Result<NamedTempFile> {
     let prefix = temporary_prefix(path);
     let mut builder = tempfile::Builder::new();
-    builder.prefix(&prefix);
+    builder.prefix(&prefix).rand_bytes(RANDOM_CHARACTERS);
     // By default, only the owner can read a temporary file. This one becomes an ordinary file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(directory_of(path))
+    loop {
+        let file = builder.tempfile_in(directory_of(path))?;
+        // Without locks on this file system, no process removes leftovers.
+        let _ = file.as_file().lock();
+        // Another process may have removed the file before it was locked.
+        if file.path().exists() {
+            return Ok(file);
+        }
+    }
+}
+
+/// Removes a temporary file of an interrupted write of `path`, which no process has locked.
+fn remove_leftover(entry: &Path, path: &Path) {
+    let name = entry.file_name().unwrap_or_default().to_string_lossy();
+    let suffix = name.strip_prefix(&temporary_prefix(path));
+    // A longer suffix contains the rest of another file's name.
+    if suffix.is_some_and(|suffix| suffix.len() == RANDOM_CHARACTERS)
+        && let Ok(file) = File::open(entry)
+        && file.try_lock().is_ok()
+    {
+        // Still locked. Another process may have removed it.
+        let _ = fs::remove_file(entry);
+    }
 }
 
 #[cfg(test)]
@@ -176,7 +193,7 @@ mod tests {
         set_mode(0o444).unwrap();
         for result in [
             write_atomic(&path_of("link"), b"four"),
-            check_writable(&path_of("link"), 1),
+            check_writable(&path_of("link")),
         ] {
             assert_eq!(result.unwrap_err().kind(), io::ErrorKind::PermissionDenied);
         }
@@ -185,27 +202,30 @@ mod tests {
     }
 
     #[test]
-    fn removes_temporary_files_of_interrupted_writes() {
+    fn removes_only_temporary_files_of_interrupted_writes() {
         let scratch = tempfile::tempdir().unwrap();
-        let path = scratch.path().join("file");
-        let (_, leftover) = temporary_file(&path).unwrap().keep().unwrap();
-        let (_, of_other_file) = temporary_file(&scratch.path().join("other"))
-            .unwrap()
-            .keep()
-            .unwrap();
-        write_atomic(&path, b"one").unwrap();
+        let path_of = |name: &str| scratch.path().join(name);
+        let (file, leftover) = temporary_file(&path_of("a")).unwrap().keep().unwrap();
+        drop(file);
+        // Another process may write the same file, and a file whose name starts with the same characters.
+        let in_use = ["a", "a-b", "other"].map(|name| temporary_file(&path_of(name)).unwrap());
+        let (file, of_neighbor) = temporary_file(&path_of("a-b")).unwrap().keep().unwrap();
+        drop(file);
+        write_atomic(&path_of("a"), b"one").unwrap();
         assert!(!leftover.exists());
-        assert!(of_other_file.exists());
+        assert!(in_use.iter().all(|file| file.path().exists()) && of_neighbor.exists());
     }
 
     #[test]
     fn checks_and_failed_writes_leave_no_file() {
         let scratch = tempfile::tempdir().unwrap();
-        check_writable(&scratch.path().join("file"), 100).unwrap();
+        check_writable(&scratch.path().join("file")).unwrap();
         let directory = scratch.path().join("directory");
         std::fs::create_dir(&directory).unwrap();
-        assert!(check_writable(&directory, 100).is_err());
-        assert!(write_atomic(&directory, b"one").is_err());
+        for path in [&directory, &scratch.path().join("none/file")] {
+            assert!(check_writable(path).is_err());
+            assert!(write_atomic(path, b"one").is_err());
+        }
         assert_eq!(std::fs::read_dir(scratch.path()).unwrap().count(), 1);
     }
 }

@@ -4,8 +4,8 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{ModelKind, NeuralParameters, ParameterSet};
 use glimpse_kernels::ModelKernels;
 
-use crate::Brdf;
 use crate::basis::{Basis, Reconstruction};
+use crate::{Brdf, BrdfWithDerivative};
 
 /// The BRDF of a fit: a model and its parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,7 +56,7 @@ impl FittedBrdf {
     /// Returns the BRDF at angles in radians, and for each channel its derivatives with respect to theta_h, theta_d and
     /// phi_d.
     #[must_use]
-    pub fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
+    pub fn brdf_with_derivative(&self, angles: Angles<f32>) -> BrdfWithDerivative {
         if let Some(reconstruction) = &self.reconstruction {
             let brdf = reconstruction.at_angles(angles);
             let duals = reconstruction.brdf_with_derivative(&angles);
@@ -73,13 +73,14 @@ impl FittedBrdf {
 }
 
 impl Brdf for FittedBrdf {
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
         if let Some(reconstruction) = &self.reconstruction {
-            return reconstruction.evaluate(at, brdf);
+            return reconstruction.values_at(at);
         }
-        match ModelKernels::of(self.model) {
-            Some(kernels) => (kernels.evaluate)(&self.values, at, brdf),
-            None => brdf.fill([f32::NAN; 3]),
+        let mut values = vec![[f32::NAN; 3]; at.len()];
+        if let Some(kernels) = ModelKernels::of(self.model) {
+            (kernels.evaluate)(&self.values, at, &mut values);
         }
+        values
     }
 }

@@ -45,11 +45,29 @@ impl<S: RealScalar> Position<S> {
         }
     }
 
+    /// Returns the position of a coordinate in \[0, 1\] among a number of evenly spaced nodes, at least 2.
+    #[inline(always)]
+    pub(crate) fn uniform(coordinate: S, nodes: usize) -> Self {
+        let position = coordinate * S::constant((nodes - 1) as f64);
+        let low = (position.value() as usize).min(nodes - 2);
+        let fraction = position - S::constant(low as f64);
+        Self {
+            nodes: [low, low + 1],
+            weights: [S::constant(1.0) - fraction, fraction],
+        }
+    }
+
     /// Interpolates a function of the node linearly.
     #[inline(always)]
     pub(crate) fn mix(&self, value: impl Fn(usize) -> S) -> S {
         let [low, high] = self.nodes.map(value);
         mix(low, high, self.weights[1])
+    }
+
+    /// Returns the lower node, and the fraction of the way to the upper one.
+    #[inline(always)]
+    pub(crate) fn low_and_fraction(&self) -> (usize, S) {
+        (self.nodes[0], self.weights[1])
     }
 
     /// Returns both nodes with their weights.

@@ -3,7 +3,7 @@
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::NeuralParameters;
 
-use crate::{Bands, Brdf, Coverage, SourceError};
+use crate::{Bands, Brdf, BrdfWithDerivative, Coverage, SourceError};
 
 /// A material: a named [`Brdf`] with derivatives. It is defined for all directions unless [`Material::coverage`] states unknown
 /// ones.
@@ -12,18 +12,11 @@ pub trait Material: Brdf + Send {
     /// the file name.
     fn name(&self) -> &str;
 
-    /// Returns the BRDF, and for each channel its derivatives with respect to theta_h, theta_d and phi_d.
-    fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]);
-
-    /// Evaluates [`Material::brdf_with_derivative`] at many angles. `results` has the length of `angles`.
-    fn brdf_batch_with_derivative(
-        &self,
-        angles: &[Angles<f32>],
-        results: &mut [([f32; 3], [[f32; 3]; 3])],
-    ) {
-        for (angles, result) in angles.iter().zip(results) {
-            *result = self.brdf_with_derivative(*angles);
-        }
+    /// Returns the BRDF and its derivatives at each of these angles. The derivatives are NaN if they are unknown, as by
+    /// default.
+    fn with_derivatives(&self, angles: &[Angles<f32>]) -> Vec<BrdfWithDerivative> {
+        let values = angles.iter().map(|angles| self.at_angles(*angles));
+        values.map(|brdf| (brdf, [[f32::NAN; 3]; 3])).collect()
     }
 
     /// Returns the directions at which the material was measured.
@@ -53,12 +46,11 @@ impl dyn Material + '_ {
     /// # Errors
     /// [`SourceError::Incomplete`].
     pub fn require_complete(&self) -> Result<(), SourceError> {
-        match self.coverage() {
-            coverage if coverage.unknown() > 0.0 => Err(SourceError::Incomplete {
-                name: self.name().to_owned(),
-                coverage,
-            }),
-            _ => Ok(()),
+        let coverage = self.coverage();
+        if coverage.unknown() > 0.0 {
+            let name = self.name().to_owned();
+            return Err(SourceError::Incomplete { name, coverage });
         }
+        Ok(())
     }
 }

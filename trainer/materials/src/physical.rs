@@ -121,28 +121,27 @@ impl<'m> Physical<'m> {
 }
 
 impl Brdf for Physical<'_> {
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        self.brdf.evaluate(at, brdf);
-        let others = match self.is_mean {
-            true => self
-                .brdf
-                .values_at(&at.iter().map(exchanged).collect::<Vec<_>>()),
-            false => brdf.to_vec(),
+    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
+        let mut values = self.brdf.values_at(at);
+        let others = if self.is_mean {
+            let exchanged: Vec<_> = at.iter().map(exchanged).collect();
+            self.brdf.values_at(&exchanged)
+        } else {
+            values.clone()
         };
-        for ((at, brdf), other) in at.iter().zip(brdf).zip(others) {
-            *brdf = self.combine(at, [*brdf, other]);
+        for ((at, value), other) in at.iter().zip(&mut values).zip(others) {
+            *value = self.combine(at, [*value, other]);
         }
+        values
     }
 
     fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
-        let other = Angles {
-            phi_d: angles.phi_d + PI,
-            ..angles
-        };
         let one = self.brdf.at_angles(angles);
-        let other = match self.is_mean {
-            true => self.brdf.at_angles(other),
-            false => one,
+        let other = if self.is_mean {
+            let phi_d = angles.phi_d + PI;
+            self.brdf.at_angles(Angles { phi_d, ..angles })
+        } else {
+            one
         };
         self.combine(&HalfDifference::from_angles(angles), [one, other])
     }
@@ -170,10 +169,7 @@ fn reciprocity_error(brdf: &dyn Brdf) -> f64 {
             sum += weight * f64::from(one.abs());
         }
     }
-    match sum > 0.0 {
-        true => changes / sum,
-        false => 0.0,
-    }
+    if sum > 0.0 { changes / sum } else { 0.0 }
 }
 
 /// Returns the directional albedo of each channel, for light at each theta of the table.

@@ -18,7 +18,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;
 
-use crate::{Brdf, Material};
+use crate::{Brdf, BrdfWithDerivative, Material};
 use glimpse_kernels::Dual;
 use reflectors::{Film, Lobe};
 
@@ -397,10 +397,8 @@ impl Brdf for Procedural {
         self.evaluate(&HalfDifference::from_angles(angles))
     }
 
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        for (at, brdf) in at.iter().zip(brdf) {
-            *brdf = self.evaluate(at);
-        }
+    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
+        at.iter().map(|at| self.evaluate(at)).collect()
     }
 }
 
@@ -409,9 +407,10 @@ impl Material for Procedural {
         &self.name
     }
 
-    fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        let at = HalfDifference::from_angles(Dual::variables(angles));
-        Dual::split(self.evaluate(&at))
+    fn with_derivatives(&self, angles: &[Angles<f32>]) -> Vec<BrdfWithDerivative> {
+        let at = |angles: &Angles<f32>| HalfDifference::from_angles(Dual::variables(*angles));
+        let duals = angles.iter().map(|angles| self.evaluate(&at(angles)));
+        duals.map(Dual::split).collect()
     }
 
     fn is_reciprocal(&self) -> bool {

@@ -8,12 +8,9 @@ use std::str::FromStr;
 use rayon::prelude::*;
 
 use crate::error::{MAX_PROCEDURAL, SourceError, entries, read_error};
-use crate::format::Format;
-use crate::name::{is_second_form, name_by_extension};
-use crate::skipped_entries::SkippedEntries;
-use crate::{
-    FittedMaterial, Material, MerlTable, NeuralBrdf, PabSet, Procedural, RglMeasurement, pab, ssdd,
-};
+use crate::formats::fitted_material::FittedMaterial;
+use crate::formats::{Format, nbrdf, pab};
+use crate::{Material, Procedural};
 
 /// A source of materials, as written on the command line:
 ///
@@ -106,19 +103,21 @@ impl Source {
     /// # Errors
     /// If the directory cannot be listed, holds no materials, or holds two of the same name.
     pub fn files(&self) -> Result<Vec<PathBuf>, SourceError> {
-        let mut paths = self.paths()?;
+        let paths = self.paths()?;
         if let [path] = &paths[..]
             && Format::detect(path).is_ok_and(|format| format == Format::Pab)
         {
-            paths = pab::files_of(path)?;
+            return pab::files_of(path);
         }
-        let files = paths
-            .into_iter()
-            .flat_map(|file| match NeuralBrdf::files_of(&file) {
-                Some(arrays) => arrays.to_vec(),
-                None if FittedMaterial::is_json_file(&file) => FittedMaterial::files_of(&file),
-                None => vec![file],
-            });
+        let files = paths.into_iter().flat_map(|path| {
+            if FittedMaterial::is_json_file(&path) {
+                return FittedMaterial::files_of(&path);
+            }
+            match Format::named(&path) {
+                Some((Format::Nbrdf, name)) => nbrdf::files_of(&path, name).to_vec(),
+                _ => vec![path],
+            }
+        });
         Ok(files.collect())
     }
 
@@ -133,22 +132,24 @@ impl Source {
         }
         let path = Path::new(&self.0);
         match path.try_exists().map_err(read_error(path))? {
-            true if path.is_dir() => list(path),
+            true if path.is_dir() => Listing::of(path)?.into_files(path),
             true => Ok(vec![path.to_owned()]),
             false => Err(SourceError::NotFound(path.into())),
         }
     }
 
-    /// Returns entries that look like materials and that [`Source::load`] skips. The list is empty for a single file
-    /// and for the built-in set.
+    /// Returns the sorted names of entries of a directory that look like materials and that [`Source::load`] skips. They
+    /// are directories without the `material.json` of a fit, files with a material's extension whose names are not UTF-8,
+    /// have capital letters in the extension, or do not fit the format, and `NAME_spec.bsdf` next to `NAME_rgb.bsdf`.
+    /// Other kinds of files, such as a README, are not listed.
     ///
     /// # Errors
     /// If the directory cannot be listed.
-    pub fn skipped_entries(&self) -> Result<SkippedEntries, SourceError> {
+    pub fn skipped_entries(&self) -> Result<Vec<String>, SourceError> {
         let path = Path::new(&self.0);
         match (procedural(&self.0)?, path.is_dir()) {
-            (None, true) => SkippedEntries::scan(path),
-            _ => Ok(SkippedEntries::default()),
+            (None, true) => Ok(Listing::of(path)?.skipped),
+            _ => Ok(Vec::new()),
         }
     }
 }
@@ -178,53 +179,71 @@ fn read(path: &Path) -> Result<Box<dyn Material>, SourceError> {
     if FittedMaterial::is_json_file(path) {
         return Ok(Box::new(FittedMaterial::read(path)?));
     }
-    Ok(match Format::detect(path)? {
-        Format::Nbrdf => Box::new(NeuralBrdf::read(path)?),
-        Format::Merl => Box::new(MerlTable::read(path)?),
-        Format::Rgl | Format::RglSpectra => Box::new(RglMeasurement::read(path)?),
-        Format::Pab => PabSet::read(path)?.resampled(path)?,
-        Format::OpenMaterial => pab::read_open_material(path)?,
-        Format::Ssdd => Box::new(ssdd::read(path)?),
-    })
+    Format::read(path)
 }
 
-/// Returns one file for each material in a directory, sorted by the materials' names.
-fn list(directory: &Path) -> Result<Vec<PathBuf>, SourceError> {
-    let mut files: Vec<PathBuf> = FittedMaterial::find_in(directory).into_iter().collect();
-    for path in entries(directory)? {
-        if path.is_file() && !FittedMaterial::is_json_file(&path) && !is_second_form(&path) {
-            files.push(path);
-        } else if path.is_dir() {
-            files.extend(FittedMaterial::find_in(&path));
-        }
-    }
-    // Sorted, so that error messages do not depend on the order of the file system.
-    files.sort();
+/// The entries of a directory.
+#[derive(Default)]
+struct Listing {
+    /// One file for each material, sorted. A network has all of its files.
+    files: Vec<PathBuf>,
+    skipped: Vec<String>,
+}
 
-    let mut by_name = BTreeMap::new();
-    for path in files {
-        // Any of the six files identifies a network, so that an incomplete network is an error.
-        let (name, file) = if let Some(name) = NeuralBrdf::name_of(&path) {
-            let first = path.with_file_name(format!("{name}_fc1.npy"));
-            (name, first)
-        } else if let Some(name) = name_by_extension(&path) {
-            (name, path)
-        } else if FittedMaterial::is_json_file(&path) {
-            (FittedMaterial::read_name(&path)?, path)
-        } else {
-            continue;
-        };
-        let earlier = by_name.insert(name.clone(), file.clone());
-        if let Some(first) = earlier.filter(|first| *first != file) {
-            return Err(SourceError::DuplicateName {
-                name,
-                first,
-                second: file,
-            });
+impl Listing {
+    fn of(directory: &Path) -> Result<Self, SourceError> {
+        let mut listing = Self::default();
+        listing.files.extend(FittedMaterial::find_in(directory));
+        for path in entries(directory)? {
+            let is_read = Format::named(&path).is_some() && !is_second_form(&path);
+            let file = match path.is_dir() {
+                true => FittedMaterial::find_in(&path),
+                false => is_read.then(|| path.clone()),
+            };
+            if file.is_none() && (path.is_dir() || Format::is_similar(&path)) {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                listing.skipped.push(name.into_owned());
+            }
+            listing.files.extend(file);
+        }
+        // Sorted, so that error messages do not depend on the order of the file system.
+        listing.files.sort();
+        listing.skipped.sort();
+        Ok(listing)
+    }
+
+    /// Returns one file for each material, sorted by the materials' names.
+    fn into_files(self, directory: &Path) -> Result<Vec<PathBuf>, SourceError> {
+        let mut by_name = BTreeMap::new();
+        for path in self.files {
+            let (name, file) = match Format::named(&path) {
+                // Any of the six files identifies a network, so that an incomplete network is an error.
+                Some((Format::Nbrdf, name)) => {
+                    let [first, ..] = nbrdf::files_of(&path, name);
+                    (name.to_owned(), first)
+                }
+                Some((_, name)) => (name.to_owned(), path.clone()),
+                None => (FittedMaterial::read_name(&path)?, path.clone()),
+            };
+            let earlier = by_name.insert(name.clone(), file.clone());
+            if let Some(first) = earlier.filter(|first| *first != file) {
+                return Err(SourceError::DuplicateName {
+                    name,
+                    first,
+                    second: file,
+                });
+            }
+        }
+        match by_name.is_empty() {
+            true => Err(SourceError::Empty(directory.into())),
+            false => Ok(by_name.into_values().collect()),
         }
     }
-    match by_name.is_empty() {
-        true => Err(SourceError::Empty(directory.into())),
-        false => Ok(by_name.into_values().collect()),
-    }
+}
+
+/// Returns true for a file `NAME_spec.bsdf` next to `NAME_rgb.bsdf`. RGL publishes each material in both forms.
+fn is_second_form(path: &Path) -> bool {
+    let name = path.file_name().and_then(|name| name.to_str());
+    let name = name.and_then(|name| name.strip_suffix("_spec.bsdf"));
+    name.is_some_and(|name| path.with_file_name(format!("{name}_rgb.bsdf")).is_file())
 }

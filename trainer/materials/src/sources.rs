@@ -85,10 +85,10 @@ pub enum ShareError {
         /// The number of shares.
         shares: usize,
     },
-    /// A share is not a positive finite number.
+    /// A share, or the sum of all shares, is not a positive finite number.
     #[error(
-        "{share} contains {0}, and each share must be finite and above 0; give a positive number, or remove the source \
-         from {materials}", share = Name("share"), materials = Name("materials")
+        "a value or the sum of {share} is {0}, and both must be finite and above 0; give smaller positive numbers, or \
+         remove the source from {materials}", share = Name("share"), materials = Name("materials")
     )]
     NotPositive(f32),
     /// There is a share, but a single source.
@@ -103,15 +103,13 @@ impl Sources {
     /// Combines sources in proportion to `shares`. Without shares, each source is weighted by its number of materials.
     ///
     /// # Errors
-    /// If `shares` is neither empty nor a list of one positive finite number for each source.
+    /// If `shares` is neither empty nor a list of one positive finite number for each source, with a finite sum.
     pub fn new(sources: Vec<Source>, shares: &[f32]) -> Result<Self, ShareError> {
-        if let Some(share) = shares
-            .iter()
-            .find(|share| !(**share > 0.0 && share.is_finite()))
-        {
-            return Err(ShareError::NotPositive(*share));
-        }
         let sum: f32 = shares.iter().sum();
+        let mut numbers = shares.iter().chain(shares.first().map(|_| &sum));
+        if let Some(number) = numbers.find(|number| !(**number > 0.0 && number.is_finite())) {
+            return Err(ShareError::NotPositive(*number));
+        }
         let shares = match shares {
             [] => None,
             [_] if sources.len() == 1 => return Err(ShareError::Single),
@@ -227,7 +225,13 @@ mod tests {
     #[test]
     fn rejects_wrong_shares_and_duplicate_names() {
         let list = sources(&["procedural:3", "procedural:4"]);
-        for shares in [&[1.0][..], &[1.0, 1.0, 1.0], &[1.0, 0.0], &[1.0, f32::NAN]] {
+        for shares in [
+            &[1.0][..],
+            &[1.0, 1.0, 1.0],
+            &[1.0, 0.0],
+            &[1.0, f32::NAN],
+            &[f32::MAX, f32::MAX],
+        ] {
             Sources::new(list.clone(), shares).expect_err("invalid shares");
         }
         let sources = Sources::new(list, &[]).expect("no shares");

@@ -6,6 +6,8 @@ use std::path::Path;
 
 /// The largest number of characters of a file's text in a message.
 const MAX_CHARACTERS: usize = 120;
+/// The largest number of a file's first bytes in a message.
+const MAX_BYTES: usize = 32;
 
 /// Reads all of a file, a pipe or a device, up to `max_bytes` bytes.
 ///
@@ -56,6 +58,19 @@ pub fn escaped(text: &str) -> String {
         escaped += "...";
     }
     escaped
+}
+
+/// Returns the first bytes of a file for a message, with those escaped that are not ASCII text.
+#[must_use]
+pub fn escaped_start(bytes: &[u8]) -> String {
+    bytes[..bytes.len().min(MAX_BYTES)]
+        .escape_ascii()
+        .to_string()
+}
+
+/// Returns true if a material may have this name: it must be usable as a file name.
+pub(crate) fn is_valid_name(name: &str) -> bool {
+    !name.trim().is_empty() && !name.contains(|c: char| c.is_control() || "/\\".contains(c))
 }
 
 /// Returns the message and position of a JSON error, with the quoted text shortened and escaped.

@@ -93,11 +93,8 @@ impl Brdf {
             Self::Array(values) => return values,
             Self::Material(material) => material,
         };
-        let mut values = vec![[0.0; 3]; directions.len()];
-        let batches = directions
-            .par_chunks(BATCH)
-            .zip(values.par_chunks_mut(BATCH));
-        batches.for_each(|(directions, values)| material.evaluate(directions, values));
-        values
+        let batches = directions.par_chunks(BATCH);
+        let values = batches.flat_map_iter(|directions| material.values_at(directions));
+        values.collect()
     }
 }

@@ -11,8 +11,8 @@ use glimpse_evaluation::conversion::{OutputFormat, encode, file_name, output_pat
 use glimpse_evaluation::render::render_sphere;
 use glimpse_fitting::measurement::angles_from_vectors;
 use glimpse_materials::{
-    self, Bands, Brdf, Coverage, Format, Material, MerlTable, PhysicalErrors, Source, SourceError,
-    digest, directional_albedo, table_nodes,
+    self, Bands, Brdf, BrdfWithDerivative, Coverage, Format, Material, MerlTable, PhysicalErrors,
+    Source, SourceError, digest, directional_albedo, table_nodes,
 };
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
@@ -444,8 +444,8 @@ impl Brdf for Shared {
         self.0.at_angles(angles)
     }
 
-    fn evaluate(&self, directions: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        self.0.evaluate(directions, brdf);
+    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
+        self.0.values_at(at)
     }
 }
 
@@ -453,15 +453,8 @@ impl Material for Shared {
     fn name(&self) -> &str {
         self.0.name()
     }
-    fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        self.0.brdf_with_derivative(angles)
-    }
-    fn brdf_batch_with_derivative(
-        &self,
-        angles: &[Angles<f32>],
-        results: &mut [([f32; 3], [[f32; 3]; 3])],
-    ) {
-        self.0.brdf_batch_with_derivative(angles, results);
+    fn with_derivatives(&self, angles: &[Angles<f32>]) -> Vec<BrdfWithDerivative> {
+        self.0.with_derivatives(angles)
     }
     fn coverage(&self) -> Coverage {
         self.0.coverage()

@@ -86,10 +86,9 @@ impl Ggx {
 }
 
 impl Brdf for Ggx {
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        for (at, brdf) in at.iter().zip(brdf) {
-            *brdf = self.brdf(at).map(|value| value as f32);
-        }
+    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
+        let values = at.iter().map(|at| self.brdf(at));
+        values.map(|rgb| rgb.map(|value| value as f32)).collect()
     }
 }
 

@@ -47,10 +47,10 @@ pub enum Fitted {
 }
 
 impl Brdf for Fitted {
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
         match self {
-            Self::Model(fitted) => fitted.evaluate(at, brdf),
-            Self::Ggx(ggx) => ggx.evaluate(at, brdf),
+            Self::Model(fitted) => fitted.values_at(at),
+            Self::Ggx(ggx) => ggx.values_at(at),
         }
     }
 }

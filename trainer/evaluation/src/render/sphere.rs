@@ -50,8 +50,8 @@ pub(super) fn render_in(
     let circles: Vec<Circle> = circles(size);
     let shaded: Vec<(usize, [f32; 3])> = circles
         .par_iter()
-        .map_init(Shader::default, |shader, circle| {
-            shader.shade(brdf, environment, &half_vectors, circle)
+        .map_init(Nodes::default, |nodes, circle| {
+            shade(nodes, brdf, environment, &half_vectors, circle)
         })
         .flatten_iter()
         .collect();
@@ -114,47 +114,36 @@ pub(super) fn circles(size: usize) -> Vec<Circle> {
         .collect()
 }
 
-/// Buffers of one thread.
-#[derive(Default)]
-struct Shader {
-    nodes: Nodes,
-    /// BRDF times weight at each node.
-    weighted_brdf: Vec<[f32; 3]>,
-}
-
-impl Shader {
-    /// Returns the radiance of each pixel of a circle.
-    fn shade(
-        &mut self,
-        brdf: &dyn Brdf,
-        environment: &Environment,
-        half_vectors: &HalfVectors,
-        circle: &Circle,
-    ) -> Vec<(usize, [f32; 3])> {
-        half_vectors.nodes(circle.sin_theta_o, circle.cos_theta_o, &mut self.nodes);
-        self.weighted_brdf.clear();
-        self.weighted_brdf.resize(self.nodes.at.len(), [0.0; 3]);
-        brdf.evaluate(&self.nodes.at, &mut self.weighted_brdf);
-        for (value, weight) in self.weighted_brdf.iter_mut().zip(&self.nodes.weight) {
-            *value = value.map(|channel| channel * weight);
+/// Returns the radiance of each pixel of a circle. `nodes` is a buffer.
+fn shade(
+    nodes: &mut Nodes,
+    brdf: &dyn Brdf,
+    environment: &Environment,
+    half_vectors: &HalfVectors,
+    circle: &Circle,
+) -> Vec<(usize, [f32; 3])> {
+    half_vectors.nodes(circle.sin_theta_o, circle.cos_theta_o, nodes);
+    let values = brdf.values_at(&nodes.at).into_iter();
+    let weighted = values.zip(&nodes.weight);
+    let weighted: Vec<[f32; 3]> = weighted
+        .map(|(value, weight)| value.map(|channel| channel * weight))
+        .collect();
+    let shade_pixel = |&(index, azimuth): &(usize, [f32; 2])| {
+        let mut sum = [0.0; 4];
+        for (incoming, [r, g, b]) in nodes.incoming.iter().zip(&weighted) {
+            let direction = circle.to_picture_frame(azimuth, *incoming);
+            let light = environment.radiance(direction);
+            let value = [*r, *g, *b, 0.0];
+            sum = array::from_fn(|channel| sum[channel] + light[channel] * value[channel]);
         }
-        let shade_pixel = |&(index, azimuth): &(usize, [f32; 2])| {
-            let mut sum = [0.0; 4];
-            for (incoming, [r, g, b]) in self.nodes.incoming.iter().zip(&self.weighted_brdf) {
-                let direction = circle.to_picture_frame(azimuth, *incoming);
-                let light = environment.radiance(direction);
-                let value = [*r, *g, *b, 0.0];
-                sum = array::from_fn(|channel| sum[channel] + light[channel] * value[channel]);
-            }
-            let [r, g, b, _] = sum;
-            let mut radiance = BACKGROUND;
-            for (pixel, shaded) in radiance.iter_mut().zip([r, g, b]) {
-                *pixel += circle.coverage * (shaded - *pixel);
-            }
-            (index, radiance)
-        };
-        circle.pixels.iter().map(shade_pixel).collect()
-    }
+        let [r, g, b, _] = sum;
+        let mut radiance = BACKGROUND;
+        for (pixel, shaded) in radiance.iter_mut().zip([r, g, b]) {
+            *pixel += circle.coverage * (shaded - *pixel);
+        }
+        (index, radiance)
+    };
+    circle.pixels.iter().map(shade_pixel).collect()
 }
 
 impl Circle {

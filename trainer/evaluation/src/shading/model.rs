@@ -81,10 +81,9 @@ impl Shading {
 }
 
 impl Brdf for Shading {
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        for (at, brdf) in at.iter().zip(brdf) {
-            let values = self.model.brdf(&self.values, &Cosines::of(at));
-            *brdf = values.map(|value| value as f32);
-        }
+    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
+        let brdf = |at| self.model.brdf(&self.values, &Cosines::of(at));
+        let values = at.iter().map(brdf);
+        values.map(|rgb| rgb.map(|value| value as f32)).collect()
     }
 }

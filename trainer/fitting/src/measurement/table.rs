@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use csv::{Position, StringRecord};
-use glimpse_materials::binary_format;
-use glimpse_materials::untrusted::{escaped, read_at_most};
+use glimpse_materials::untrusted::{escaped, escaped_start, read_at_most};
 
 use super::layout::{
     AngleUnit, DEGREES, Layout, PER_STERADIAN, RADIANS, Unit, is_known, is_number, is_value,
@@ -294,17 +293,15 @@ impl Table {
 /// Returns the text of a file, with `\n` at the end of each line.
 fn decode(bytes: &[u8]) -> Result<String, String> {
     let text = str::from_utf8(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
-    match (text, binary_format(bytes)) {
-        (_, Some(format)) => Err(format!("it is {format}; save the table as CSV")),
-        (Ok(text), None) => Ok(text.replace("\r\n", "\n").replace('\r', "\n")),
-        (Err(error), None) => {
-            let valid = &bytes[..error.valid_up_to()];
-            let line = 1 + valid.iter().filter(|byte| **byte == b'\n').count();
-            Err(format!(
-                "line {line} is not UTF-8; save the file as CSV in UTF-8"
-            ))
-        }
-    }
+    let text = text.map_err(|error| {
+        let valid = &bytes[..error.valid_up_to()];
+        let line = 1 + valid.iter().filter(|byte| **byte == b'\n').count();
+        let start = escaped_start(bytes);
+        format!(
+            "line {line} is not UTF-8, and the file starts with `{start}`; save it as CSV in UTF-8"
+        )
+    })?;
+    Ok(text.replace("\r\n", "\n").replace('\r', "\n"))
 }
 
 /// Returns the line of a row. The reader's `position` may be at empty lines before the row, which are skipped.

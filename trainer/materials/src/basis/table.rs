@@ -6,6 +6,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use glimpse_core::checksum::crc_32;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::format::FORMAT as COMPACT;
 use glimpse_core::model::linear::{self, Basis as CompactBasis, EPSILON, unmap};
@@ -257,9 +258,7 @@ impl Basis {
     /// recipe has no basis, so that a CRC-32 of 0 is replaced by 1.
     #[must_use]
     pub fn checksum(bytes: &[u8]) -> u32 {
-        crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC)
-            .checksum(bytes)
-            .max(1)
+        crc_32(bytes).max(1)
     }
 
     /// Returns true if the basis is compact.

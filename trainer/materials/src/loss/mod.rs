@@ -11,7 +11,7 @@ use glimpse_core::model::loss::cosine_weighted_log_error;
 
 use crate::{Brdf, Material};
 
-/// The largest number of directions in one call of [`Brdf::evaluate`].
+/// The largest number of directions in one call of [`Brdf::values_at`].
 const BATCH: usize = 4096;
 
 /// Returns the mean of |ln(1 + y c) - ln(1 + f c)| over directions and channels. c is cos(theta_i), clamped to
@@ -22,14 +22,10 @@ const BATCH: usize = 4096;
 /// truncated. The mean of no samples is 0. A NaN value makes the mean NaN.
 pub fn mean_log_error(brdf: &dyn Brdf, at: &[HalfDifference<f32>], reference: &[[f32; 3]]) -> f64 {
     let count = at.len().min(reference.len());
-    let mut values = vec![[0.0; 3]; count.min(BATCH)];
-    let mut sum = 0.0;
-    for (at, reference) in at.chunks(BATCH).zip(reference.chunks(BATCH)) {
-        let batch = at.len().min(reference.len());
-        let (at, values) = (&at[..batch], &mut values[..batch]);
-        brdf.evaluate(at, values);
-        sum += sum_of_errors(at, reference, values);
-    }
+    let batches = at[..count].chunks(BATCH).zip(reference.chunks(BATCH));
+    let sum: f64 = batches
+        .map(|(at, reference)| sum_of_errors(at, reference, &brdf.values_at(at)))
+        .sum();
     sum / (3 * count.max(1)) as f64
 }
 

@@ -12,7 +12,7 @@ fn f32_is_close_to_f64() {
             let at = HalfDifference::from_angles(AngleDual::variables(angles_to_f64(&angles)));
             let duals = material.evaluate(&at);
             let (exact, exact_derivative) = Dual::split(duals);
-            let (with_derivative, derivative) = material.brdf_with_derivative(angles);
+            let (with_derivative, derivative) = material.with_derivatives(&[angles])[0];
             let brdf = material.at_angles(angles);
             for channel in 0..3 {
                 for value in [brdf[channel], with_derivative[channel]] {

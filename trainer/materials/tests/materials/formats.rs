@@ -5,22 +5,24 @@ use std::fs;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{
-    Brdf, Colors, Material, Procedural, to_merl, to_open_material, to_pab, to_rgl, to_ssdd,
-};
+use glimpse_materials::{Brdf, Format, Material, Procedural, Tabulation, to_merl};
 
 use crate::FunctionMaterial;
 use crate::folder::{Folder, load};
 use crate::rgl::{self, isotropic};
 
+/// Returns the files of a BRDF in a format.
+pub(crate) fn tabulated(format: Format, name: &str, brdf: &dyn Brdf) -> Vec<Vec<u8>> {
+    let tabulate = format.tabulate().expect("a table");
+    tabulate(&Tabulation::rgb(name, brdf)).expect("the BRDF is finite")
+}
+
 #[test]
 fn tensor_file_is_close_to_the_brdf() {
     let mut losses = Vec::new();
     for material in &Procedural::set(12, 5) {
-        let bytes =
-            to_rgl("test", material as &dyn Material, Colors::Rgb).expect("the BRDF is finite");
-        let read = rgl::read(&bytes);
-        losses.push(loss_between(&read as &dyn Material, material));
+        let read = rgl::read(&tabulated(Format::Rgl, "test", material)[0]);
+        losses.push(loss_between(&*read, material));
         // The loss gives little weight to grazing outgoing directions, so that their error is checked separately.
         let (mut error, mut total) = (0.0, 0.0);
         for angles in uniform_valid(20_000, 6) {
@@ -48,10 +50,9 @@ fn tensor_file_is_close_to_the_brdf() {
 #[test]
 fn black_brdf_stays_black() {
     let black = FunctionMaterial(|_| [0.0; 3]);
-    let black: &dyn Material = &black;
-    let read = rgl::read(&to_rgl("black", black, Colors::Rgb).expect("the BRDF is finite"));
-    assert_eq!(loss_between(&read as &dyn Material, black), 0.0);
-    let table = to_merl(black).expect("the BRDF is finite");
+    let read = rgl::read(&tabulated(Format::Rgl, "black", &black)[0]);
+    assert_eq!(loss_between(&*read, &black), 0.0);
+    let table = to_merl(&black).expect("the BRDF is finite");
     let values = table[12..].as_chunks().0.iter().copied();
     let mut values = values.map(f64::from_le_bytes);
     assert!(values.all(|value| [0.0, -1.0].contains(&value)));
@@ -62,14 +63,9 @@ fn rejects_non_finite_brdf() {
     let nan_material = FunctionMaterial(|angles: Angles<f32>| {
         [0.1, 0.1, if angles.theta_h > 0.5 { f32::NAN } else { 0.1 }]
     });
-    let nan_material: &dyn Material = &nan_material;
-    for error in [
-        to_rgl("", nan_material, Colors::Rgb).expect_err("the BRDF is NaN"),
-        to_merl(nan_material).expect_err("the BRDF is NaN"),
-        to_pab("", nan_material).expect_err("the BRDF is NaN"),
-        to_ssdd("", &[], &[nan_material]).expect_err("the BRDF is NaN"),
-        to_open_material("", &[], &[nan_material]).expect_err("the BRDF is NaN"),
-    ] {
+    let table = Tabulation::rgb("", &nan_material);
+    for tabulate in Format::ALL.into_iter().filter_map(Format::tabulate) {
+        let error = tabulate(&table).expect_err("the BRDF is NaN");
         let [theta_h, ..] = error.angles;
         assert!(
             error.value.is_nan() && theta_h > 0.5_f32.to_degrees(),

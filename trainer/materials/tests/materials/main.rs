@@ -2,20 +2,20 @@
 
 #[path = "../../../program/tests/suite/common.rs"]
 mod common;
+mod damaged;
 mod derivatives;
 mod fitted;
 mod folder;
 mod formats;
 mod merl;
 mod pab;
-mod rejections;
 mod rgl;
 mod sources;
 mod text_tables;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::{Neural, NeuralParameters, ParameterSet};
-use glimpse_materials::{Brdf, Material, NeuralBrdf};
+use glimpse_materials::{Brdf, BrdfWithDerivative, Material, NeuralBrdf};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -47,9 +47,11 @@ impl<F: Fn(Angles<f32>) -> [f32; 3] + Send + Sync> Material for FunctionMaterial
     fn name(&self) -> &str {
         "function"
     }
-    fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        (self.0(angles), [[0.0; 3]; 3])
-    }
+}
+
+/// Returns the BRDF and its derivatives at angles.
+fn with_derivative(material: &dyn Material, angles: Angles<f32>) -> BrdfWithDerivative {
+    material.with_derivatives(&[angles])[0]
 }
 
 /// Converts angles in radians from f64.

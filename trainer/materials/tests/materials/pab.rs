@@ -3,18 +3,19 @@
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{
-    Brdf, Coverage, Material, PabSet, Procedural, Source, SourceError, pab_suffixes, to_pab,
+    Brdf, Coverage, Format, Material, PabSet, Procedural, Source, SourceError,
 };
 
 use crate::FunctionMaterial;
 use crate::common::assert_names;
 use crate::folder::{Folder, load};
+use crate::formats::tabulated;
 
 /// Writes the files of a material into a folder.
 fn write(folder: &Folder, name: &str, material: &dyn Material) {
-    let texts = to_pab(name, material).expect("the BRDF is finite");
-    for (suffix, text) in pab_suffixes().zip(texts) {
-        folder.write(&format!("{name}{suffix}"), text);
+    let endings = Format::Pab.written_endings().iter();
+    for (ending, text) in endings.zip(tabulated(Format::Pab, name, material)) {
+        folder.write(&format!("{name}{ending}"), text);
     }
 }
 
@@ -41,7 +42,7 @@ fn written_files_match_the_brdf() {
         assert!(loss < max_loss, "{name}: {loss}");
         let files = Source(path.display().to_string()).files();
         let count = files.expect("the files are listed").len();
-        assert_eq!(count, pab_suffixes().count());
+        assert_eq!(count, Format::Pab.written_endings().len());
     }
 
     // Loading as a material resamples the values, which takes seconds.

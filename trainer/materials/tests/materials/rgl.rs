@@ -5,9 +5,11 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{Brdf, Colors, Material, Procedural, RglMeasurement, to_rgl};
+use glimpse_materials::{Format, Material, Procedural};
 
-use crate::folder::{Folder, assert_defect};
+use crate::folder::{Folder, load};
+use crate::formats::tabulated;
+use crate::with_derivative;
 
 /// A field of a tensor file.
 #[derive(Clone)]
@@ -134,10 +136,10 @@ impl Formula {
 }
 
 /// Reads a file with these bytes.
-pub(crate) fn read(bytes: &[u8]) -> RglMeasurement {
+pub(crate) fn read(bytes: &[u8]) -> Box<dyn Material> {
     let folder = Folder::new();
     let path = folder.write("formula_rgb.bsdf", bytes);
-    RglMeasurement::read(&path).expect("the file is read")
+    load(&path).expect("the file is read").remove(0)
 }
 
 /// Encodes a valid tensor file.
@@ -148,19 +150,6 @@ fn valid_file(fields: &[Field]) -> Vec<u8> {
 /// Returns the file of an isotropic measurement.
 pub(crate) fn isotropic() -> Vec<u8> {
     valid_file(&Formula::fields(&[0.0]))
-}
-
-/// Returns the bytes of a polarized measurement, as Mitsuba's `measured_polarized` reads them.
-pub(crate) fn polarized() -> Vec<u8> {
-    let matrix = Field::floats("M", &[1, 1, 1, 1, 4, 4], &[0.5; 16]);
-    let angles =
-        ["theta_h", "theta_d", "phi_d", "wvls"].map(|name| Field::floats(name, &[1], &[0.5]));
-    valid_file(&[&[matrix][..], &angles].concat())
-}
-
-/// Returns the file of an anisotropic measurement.
-pub(crate) fn anisotropic() -> Vec<u8> {
-    valid_file(&Formula::fields(&[-1.0, 0.0, 1.0]))
 }
 
 #[test]
@@ -197,9 +186,8 @@ fn lookups_match_the_formula() {
 #[test]
 fn spectra_have_colors_of_rgb() {
     let material = &Procedural::set(2, 3)[1];
-    let [rgb, spectral] = [Colors::Rgb, Colors::Spectra].map(|colors| {
-        read(&to_rgl("", material as &dyn Material, colors).expect("the BRDF is finite"))
-    });
+    let [rgb, spectral] = [Format::Rgl, Format::RglSpectra]
+        .map(|format| read(&tabulated(format, "test", material)[0]));
     for angles in uniform_valid(2_000, 5) {
         let (expected, actual) = (rgb.at_angles(angles), spectral.at_angles(angles));
         let largest = expected.into_iter().fold(0.0, f32::max);
@@ -216,7 +204,7 @@ fn spectra_have_colors_of_rgb() {
 fn brdf_is_0_below_the_horizon_and_for_negative_values() {
     let material = read(&isotropic());
     for below in [[1.0, 1.0, 0.0], [1.0, 1.0, PI], [1.5, 1.5, 0.1]] {
-        let (brdf, derivative) = material.brdf_with_derivative(crate::angles(below));
+        let (brdf, derivative) = with_derivative(&*material, crate::angles(below));
         assert_eq!((brdf, derivative), ([0.0; 3], [[0.0; 3]; 3]));
     }
     // At the horizon, stored values are divided by a cosine near 0.
@@ -226,17 +214,8 @@ fn brdf_is_0_below_the_horizon_and_for_negative_values() {
         assert!(brdf.iter().all(|value| value.is_finite()), "{brdf:?}");
     }
     let negative = read(&floats("rgb", &[1, 3, 3, 4, 5], &[-0.01]));
-    let (brdf, derivative) = negative.brdf_with_derivative(crate::angles([0.3, 0.3, 0.3]));
+    let (brdf, derivative) = with_derivative(&*negative, crate::angles([0.3, 0.3, 0.3]));
     assert_eq!((brdf, derivative), ([0.0; 3], [[0.0; 3]; 3]));
-}
-
-/// Asserts that a file with these bytes is rejected, and that the message contains each of `words`, which are separated
-/// by spaces.
-fn assert_rejected(bytes: &[u8], words: &str) {
-    let folder = Folder::new();
-    let path = folder.write("formula_rgb.bsdf", bytes);
-    let words: Vec<&str> = words.split_whitespace().collect();
-    assert_defect(RglMeasurement::read(&path), &path, &words);
 }
 
 /// Returns the file after a change of one field.
@@ -263,14 +242,15 @@ fn spectral(wavelengths: &[f32]) -> Vec<Field> {
     fields
 }
 
-#[test]
-fn rejects_invalid_fields() {
+/// Returns files with one defect each, and words of the message, which are separated by spaces.
+pub(crate) fn damaged() -> Vec<(Vec<u8>, String)> {
+    let mut files = Vec::new();
     for (index, field) in Formula::fields(&[0.0]).iter().enumerate().skip(1) {
         let mut fields = Formula::fields(&[0.0]);
         fields.remove(index);
-        assert_rejected(&valid_file(&fields), field.name);
+        files.push((valid_file(&fields), field.name.to_owned()));
     }
-    let jacobian = |values| {
+    let bytes = |values| {
         changed("jacobian", |field| {
             *field = Field::bytes("jacobian", values)
         })
@@ -283,11 +263,20 @@ fn rejects_invalid_fields() {
     let mut empty = valid_spectrum;
     empty[6].shape = vec![0, 1, 3, 1 << 32, 1 << 31];
     empty[6].values.clear();
+    let matrix = Field::floats("M", &[1, 1, 1, 1, 4, 4], &[0.5; 16]);
+    let wavelengths = Field::floats("wvls", &[1], &[0.5]);
+    let valid = isotropic();
+    let length = valid.len() as u64;
+    let moved = |name: &str, to: u64| {
+        tensor_file(&Formula::fields(&[0.0]), |field, offset| {
+            if field == name { to } else { offset }
+        })
+    };
     for (bytes, words) in [
         (floats("ndf", &[24], &[1.0]), "ndf 2 [24]"),
         (floats("jacobian", &[1], &[1.0]), "jacobian 1 10 [1]"),
-        (jacobian(&[1, 1]), "jacobian 2 1"),
-        (jacobian(&[0]), "jacobian 1"),
+        (bytes(&[1, 1]), "jacobian 2 1"),
+        (bytes(&[0]), "jacobian 1"),
         (floats("ndf", &[3, 8], &[f32::NAN]), "[0, 0] ndf NaN"),
         (floats("ndf", &[3, 8], &[1.0, -1.0]), "[0, 1] ndf -1"),
         (floats("sigma", &[2, 7], &[0.0]), "sigma 0"),
@@ -305,29 +294,21 @@ fn rejects_invalid_fields() {
         (valid_file(&spectral(&[0.4, 0.5, 0.7])), "0.4 0.7 nm"),
         (valid_file(&not_finite), "spectra"),
         (valid_file(&empty), "spectra"),
+        (valid_file(&[matrix, wavelengths]), "polarized M"),
+        (
+            valid_file(&Formula::fields(&[-1.0, 0.0, 1.0])),
+            "anisotropic 3 phi_i",
+        ),
+        (moved("ndf", 0), "0"),
+        (moved("ndf", 17), "17"),
     ] {
-        assert_rejected(&bytes, words);
+        files.push((bytes, words.to_owned()));
     }
-}
-
-#[test]
-fn rejects_inconsistent_headers() {
-    let valid = isotropic();
-    let length = valid.len() as u64;
-    let moved = |name: &str, to: u64| {
-        tensor_file(&Formula::fields(&[0.0]), |field, offset| {
-            if field == name { to } else { offset }
-        })
-    };
+    files.push((moved("jacobian", length - 2), (length - 2).to_string()));
     for offset in [length, length - 8, u64::MAX, u64::MAX - 95] {
         let words = format!("ndf [3, 8] {offset} {length}");
-        assert_rejected(&moved("ndf", offset), &words);
+        files.push((moved("ndf", offset), words));
     }
-    for offset in [0, 17] {
-        assert_rejected(&moved("ndf", offset), "ndf");
-    }
-    assert_rejected(&moved("jacobian", length - 2), "jacobian rgb");
-
     // Shapes that exceed memory. The products of all but the first one overflow, some of them to 0.
     for shape in [
         vec![u64::MAX],
@@ -336,16 +317,15 @@ fn rejects_inconsistent_headers() {
         vec![u64::MAX, u64::MAX, 16],
     ] {
         let bytes = changed("ndf", |field| field.shape.clone_from(&shape));
-        assert_rejected(&bytes, &format!("ndf {shape:?}"));
+        files.push((bytes, format!("ndf {shape:?}")));
     }
     for type_code in [0, 12, 255] {
         let bytes = changed("ndf", |field| field.type_code = type_code);
-        assert_rejected(&bytes, &format!("ndf {type_code}"));
+        files.push((bytes, format!("ndf {type_code}")));
     }
-
     // The magic, the version, the number of fields in big-endian, the length of the first field's name, and the name.
     for (at, bytes, words) in [
-        (3, &b"z"[..], "tensor"),
+        (3, &b"z"[..], "tenzor_file"),
         (12, &[2, 1], "2.1 1.0"),
         (14, &[0, 0, 0, 8], ""),
         (18, &[255, 255], ""),
@@ -353,6 +333,7 @@ fn rejects_inconsistent_headers() {
     ] {
         let mut file = valid.clone();
         file[at..at + bytes.len()].copy_from_slice(bytes);
-        assert_rejected(&file, words);
+        files.push((file, words.to_owned()));
     }
+    files
 }

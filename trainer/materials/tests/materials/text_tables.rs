@@ -1,12 +1,10 @@
-//! SSDD and OpenMATERIAL: files written by hand, and damaged ones.
-
-use glimpse_materials::Source;
+//! SSDD and OpenMATERIAL: files written by hand.
 
 use crate::angles;
 use crate::folder::{Folder, load};
 
 /// A bluish diffuse BRDF.
-const SSDD: &str = "VERSION 0.2\n\n# diffuse\nDATA_TYPE brdf\nCOLOR_MODEL rgb\n\
+pub(crate) const SSDD: &str = "VERSION 0.2\n\n# diffuse\nDATA_TYPE brdf\nCOLOR_MODEL rgb\n\
     PARAM_TYPE half_difference_coordinate_system\nREDUCTION_TYPE bilateral_symmetry reciprocity\n\
     PARAM0_LIST 0 90\nPARAM2_LIST 0 90\nPARAM3_LIST 0 90\nDATA ascii\n# PARAM3: 0\n";
 
@@ -44,53 +42,37 @@ fn reads_tables_written_by_hand() {
             "{brdf:?} {expected}"
         );
     }
+}
 
-    let rows: Vec<String> = [4.5e-7, 6.5e-7]
-        .iter()
-        .flat_map(|wavelength| {
-            let polar = (0..=16).flat_map(|i| (0..=16).map(move |o| (i, o)));
-            polar.flat_map(move |(i, o)| {
-                let radians = |step: i32| f64::from(step) * 0.09;
-                (0..25).map(move |phi| {
-                    let phi = f64::from(phi) * 0.25;
-                    format!("[{wavelength:e},{},{},{phi},0.2]", radians(i), radians(o))
-                })
-            })
-        })
-        .collect();
-    let table = |rows: &str| {
-        format!(
-            r#"{{"metadata": {{"name": "gray", "license": "MIT"}},
-                "brdf": {{"wavelengths": [4.5e-7, 6.5e-7], "lookupTable": [{rows}]}}}}"#
-        )
-    };
-    folder.write(
-        "gray_brdf.xompt",
-        table(&(rows.join(",") + ",[null,0,0,0,null]")),
-    );
-    let gray = &load(&folder.at("gray_brdf.xompt")).expect("the file is read")[0];
-    assert_eq!(gray.name(), "gray");
-    let brdf = gray.at_angles(angles([0.2, 0.5, 1.0]));
-    assert!(
-        brdf.iter().all(|f| (f / 0.2 - 1.0).abs() < 0.02),
-        "{brdf:?}"
-    );
+/// Returns a file of OpenMATERIAL with two wavelengths: 450 and 650 nm.
+pub(crate) fn open_material(rows: &[[f64; 5]]) -> String {
+    let table = serde_json::json!({
+        "metadata": {"name": "bluish", "license": "MIT"},
+        "brdf": {"wavelengths": [4.5e-7, 6.5e-7], "lookupTable": rows},
+    });
+    table.to_string()
+}
 
-    for (name, text) in [
-        ("short.ssdd", SSDD.to_owned() + "0 0 0\n"),
-        ("wide.ssdd", SSDD.to_owned() + &"0 0 0 0\n".repeat(8)),
-        ("word.ssdd", SSDD.to_owned() + &"0 x 0\n".repeat(8)),
-        ("btdf.ssdd", SSDD.replace("brdf", "btdf")),
-        (
-            "order.ssdd",
-            SSDD.replace("PARAM0_LIST 0 90", "PARAM0_LIST 90 0"),
-        ),
-        ("lacks_brdf.xompt", table(&rows[..rows.len() - 1].join(","))),
-        ("text_brdf.xompt", "{}".to_owned()),
-    ] {
-        folder.write(name, text);
-        let error = Source(folder.at(name).display().to_string()).load().err();
-        let message = error.expect("the file is damaged").to_string();
-        assert!(message.contains(name), "{message}");
+/// The wavelengths of rows are in any order, and azimuths are of either sign.
+#[test]
+fn reads_rows_of_open_material_in_any_order() {
+    let mut rows = Vec::new();
+    for (wavelength, value) in [(6.5e-7, 0.1), (4.5e-7, 0.3)] {
+        for [theta_i, theta_o] in (0..17 * 17).map(|index| [index / 17, index % 17]) {
+            for phi in -12..=12 {
+                let [theta_i, theta_o] = [theta_i, theta_o].map(|step| f64::from(step) * 0.09);
+                let phi = f64::from(phi) * std::f64::consts::PI / 12.0;
+                rows.push([wavelength, theta_i, theta_o, phi, value]);
+            }
+        }
     }
+    let folder = Folder::new();
+    let unknown = "[null,0,0,0,null],[4.5e-7,0,1.6,0,9]";
+    let text =
+        open_material(&rows).replace("\"lookupTable\":[", &format!("\"lookupTable\":[{unknown},"));
+    let path = folder.write("file_brdf.xompt", text);
+    let material = &load(&path).expect("the file is read")[0];
+    assert_eq!(material.name(), "bluish");
+    let [red, _, blue] = material.at_angles(angles([0.2, 0.5, 1.0]));
+    assert!(red > 0.05 && blue > 1.5 * red && blue < 0.6, "{red} {blue}");
 }

@@ -42,6 +42,8 @@ use serde::Serialize;
 
 /// The default recipe of readings at any directions.
 pub(crate) const LINEAR_ANY: &str = "linear-any";
+/// The largest number of names of skipped entries in a message.
+const MAX_SKIPPED_NAMES: usize = 10;
 
 /// Reads a recipe with a pattern and, for the model linear, its basis file next to it.
 pub(crate) fn read_recipe(path: &Path) -> anyhow::Result<NamedRecipe> {
@@ -79,9 +81,14 @@ pub(crate) fn load_measured(source: &Source) -> anyhow::Result<Vec<Box<dyn Mater
     if let Some(skipped) = source
         .skipped_entries()
         .ok()
-        .filter(|skipped| !skipped.0.is_empty())
+        .filter(|skipped| !skipped.is_empty())
     {
-        eprintln!("skipped in {source}: {skipped}");
+        let names = &skipped[..skipped.len().min(MAX_SKIPPED_NAMES)];
+        eprintln!(
+            "skipped {} entries of {source}, a directory without material.json or a file without the ending of a format: {}",
+            skipped.len(),
+            names.join(", ")
+        );
     }
     let materials = source.load_measured()?;
     match &materials[..] {

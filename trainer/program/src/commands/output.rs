@@ -46,7 +46,7 @@ pub(super) fn refuse_existing(path: &Path, force: bool) -> anyhow::Result<()> {
 
 /// Checks that a file can be written, before a long computation.
 pub(super) fn check_out(path: &Path) -> anyhow::Result<()> {
-    check_writable(path, 1 << 16).with_context(|| format!("cannot write {}", path.display()))
+    check_writable(path).with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// The JSON object of a file that a command wrote. `bytes` is null for a pipe or a device.

@@ -7,7 +7,7 @@ use anyhow::{Context, bail, ensure};
 use clap::Args;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::files::{check_writable, is_stream};
+use glimpse_materials::files::is_stream;
 use glimpse_materials::{Material, MaterialsAndShares, Source, SourceShare, Sources};
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::learned::LearnedRecipe;
@@ -20,7 +20,7 @@ use super::expected_loss::expected_loss;
 use super::geometry::read_directions;
 use super::load_all;
 use super::lock::Lock;
-use super::output::write_file;
+use super::output::{check_out, write_file};
 use super::progress::train_with_progress;
 
 /// Train a recipe on materials.
@@ -74,8 +74,6 @@ impl Train {
             self.out.display()
         );
         let run = self.training_run(seed)?;
-        // An unwritable output is reported before training, not after hours of it.
-        run.check_writable()?;
         let _lock = run.lock()?;
         let (materials, source_shares) = load_all(&run.sources)?;
         let trained = run.is_trained(&source_shares);
@@ -167,18 +165,6 @@ impl TrainingRun {
         }
     }
 
-    /// Checks that the recipe can be written.
-    fn check_writable(&self) -> anyhow::Result<()> {
-        // At least the size of a large recipe. A network with 512 samples takes 12 kB, and with schedule
-        // prior 38 kB plus 0.3 kB per sample. The names of 1000 materials take another 30 kB.
-        let bytes = match self.options.schedule {
-            Schedule::Prior => (1 << 16) + 512 * self.options.samples,
-            Schedule::Paper => 1 << 16,
-        };
-        check_writable(&self.out, bytes)
-            .with_context(|| format!("cannot write {}", self.out.display()))
-    }
-
     /// Returns true if the recipe has a basis, as a file next to it.
     fn has_basis(&self) -> bool {
         self.options.model == ModelKind::Linear || self.options.samples == 0
@@ -221,7 +207,8 @@ impl TrainingRun {
         (materials, source_shares): MaterialsAndShares,
         resume: bool,
     ) -> anyhow::Result<RecipeFile> {
-        self.check_writable()?;
+        // An unwritable output is reported before training, not after hours of it.
+        check_out(&self.out)?;
         let options = TrainingOptions {
             source_shares,
             ..self.options.clone()

@@ -69,18 +69,15 @@ impl Columns {
                     .iter()
                     .map(|(one, other, _)| (*one, *other))
                     .unzip();
-                let mut brdf = [
-                    vec![[0.0; 3]; directions.len()],
-                    vec![[0.0; 3]; directions.len()],
-                ];
                 for (index, material) in selected.iter().map(|index| &materials[*index]).enumerate()
                 {
-                    material.evaluate(&one, &mut brdf[0]);
-                    let opposite = usize::from(!material.is_reciprocal());
-                    if opposite > 0 {
-                        material.evaluate(&other, &mut brdf[opposite]);
-                    }
-                    let measured = brdf[0].iter().zip(&brdf[opposite]).zip(directions);
+                    let brdf = material.values_at(&one);
+                    let opposite = match material.is_reciprocal() {
+                        true => None,
+                        false => Some(material.values_at(&other)),
+                    };
+                    let opposite = opposite.as_ref().unwrap_or(&brdf);
+                    let measured = brdf.iter().zip(opposite).zip(directions);
                     for (row, ((one, other), (_, _, weight))) in
                         rows.chunks_mut(count).zip(measured)
                     {

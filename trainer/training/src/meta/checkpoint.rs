@@ -4,6 +4,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use glimpse_core::checksum::crc_32;
 use glimpse_materials::files;
 use glimpse_materials::untrusted::read_at_most;
 use glimpse_optimizer::Optimizer;
@@ -20,7 +21,6 @@ const FILE_EXTENSION: &str = "bin";
 /// A file starts with the magic bytes, one format byte, and the CRC-32 of the rest, little-endian.
 const MAGIC: [u8; 3] = *b"GLC";
 const FORMAT: u8 = b'6';
-const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 /// The maximum size of a file in bytes, hundreds of times the size for the largest network.
 const MAX_BYTES: u64 = 1 << 30;
 
@@ -141,22 +141,6 @@ impl Checkpoint {
         }
     }
 
-    /// Checks that this run can be saved to `path` until its end.
-    ///
-    /// # Errors
-    /// If the directory is not writable, or the disk has too little space.
-    pub fn check_writable(&self, path: &Path) -> Result<(), CheckpointError> {
-        // The file will also hold the optimizer's moments and the best values. The replaced file stays until the new
-        // one is complete.
-        let bytes = 8 * self.bytes()?.len();
-        create_parent_directory(path)
-            .and_then(|()| files::check_writable(path, bytes))
-            .map_err(|source| CheckpointError::Write {
-                path: path.into(),
-                source,
-            })
-    }
-
     /// Returns true if `directory` holds a checkpoint.
     #[must_use]
     pub fn exists_in(directory: &Path) -> bool {
@@ -166,7 +150,7 @@ impl Checkpoint {
     fn bytes(&self) -> Result<Vec<u8>, CheckpointError> {
         let body = postcard::to_stdvec(self)
             .map_err(|error| CheckpointError::Record(error.to_string()))?;
-        let checksum = CHECKSUM.checksum(&body).to_le_bytes();
+        let checksum = crc_32(&body).to_le_bytes();
         Ok([&MAGIC[..], &[FORMAT], &checksum, &body].concat())
     }
 
@@ -183,7 +167,7 @@ impl Checkpoint {
         let Some((checksum, body)) = rest.split_first_chunk() else {
             return Err(ParseError::Damaged("it is truncated"));
         };
-        if CHECKSUM.checksum(body) != u32::from_le_bytes(*checksum) {
+        if crc_32(body) != u32::from_le_bytes(*checksum) {
             return Err(ParseError::Damaged("its checksum does not match"));
         }
         match postcard::take_from_bytes(body) {

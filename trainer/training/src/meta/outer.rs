@@ -154,11 +154,6 @@ impl OuterLoop<'_> {
     fn initial_state(&self) -> Result<Checkpoint, CheckpointError> {
         if let Some(checkpoints) = self.checkpoints {
             let path = self.checkpoint_path(checkpoints);
-            // The pattern may grow from phase to phase; check the space for the largest one.
-            let samples = self.phases.iter().map(|phase| phase.samples).max();
-            let mut largest = self.initial.clone();
-            largest.pattern.resize(3 * samples.unwrap_or(0), 0.0);
-            Checkpoint::new(self.identity, largest).check_writable(&path)?;
             if checkpoints.resume
                 && let Some(checkpoint) = Checkpoint::read(&path, &self.identity)?
             {

@@ -1,8 +1,7 @@
-//! Interrupted and resumed training, other numbers of threads, and unwritable outputs.
+//! Interrupted and resumed training, other numbers of threads, and unwritable checkpoints.
 
 use std::fs;
 use std::ops::ControlFlow;
-use std::process::Command;
 use std::thread::sleep;
 use std::time::Instant;
 
@@ -22,8 +21,6 @@ use crate::common::assert_names;
 /// A small run.
 const PAPER: &str = "train --model phong --samples 3 --data procedural:5 --effort brief \
                      --schedule paper --out phong.recipe";
-/// A run that takes hours, without `--out`.
-const HOURS: &str = "train --samples 512 --data procedural:5 --effort long --schedule paper";
 
 /// Kills a run at random moments and resumes it, `kills` times in total. Asserts that every recipe equals that of an
 /// uninterrupted run.
@@ -112,40 +109,6 @@ fn resume_without_checkpoint() {
     assert_eq!(folder.read("phong.recipe"), first);
     folder.succeed(&format!("{other} --force"));
     assert_ne!(folder.read("phong.recipe"), first);
-}
-
-/// Calls a function, and asserts that it returns within a minute.
-fn assert_within_a_minute<T>(work: impl FnOnce() -> T) -> T {
-    let begin = Instant::now();
-    let result = work();
-    let seconds = begin.elapsed().as_secs_f64();
-    assert!(
-        seconds < 60.0,
-        "the error came after {seconds} s of training"
-    );
-    result
-}
-
-/// A limit on the size of files, in blocks of 512 bytes, simulates a disk that is nearly full.
-#[cfg(unix)]
-#[test]
-fn rejects_full_disk_before_training() {
-    let folder = Folder::new();
-    // The first limit is too small for the recipe, the second for a checkpoint, which is larger.
-    for (blocks, place) in [("64", "phong.recipe"), ("160", "checkpoint.bin")] {
-        let trainer = env!("CARGO_BIN_EXE_trainer");
-        let command = format!("{HOURS} --model neural --out phong.recipe");
-        let limited = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" {command}");
-        let mut shell = Command::new("sh");
-        shell
-            .args(["-c", &limited, trainer])
-            .current_dir(folder.path());
-        let output = assert_within_a_minute(|| shell.output().expect("the shell runs"));
-        let message = String::from_utf8(output.stderr).expect("UTF-8 text");
-        assert_eq!(output.status.code(), Some(1), "{message}");
-        assert_names(&message, &[place]);
-        assert!(!folder.exists("phong.recipe"));
-    }
 }
 
 /// Trains a recipe.

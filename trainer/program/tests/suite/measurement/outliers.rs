@@ -126,8 +126,7 @@ fn tally(name: &str) -> [usize; 3] {
     for index in 0..100 {
         let material = Procedural::new(index, 0xFEED);
         let directions: Vec<_> = recipe.pattern().map(HalfDifference::from_angles).collect();
-        let mut readings = vec![[0.0; 3]; directions.len()];
-        material.evaluate(&directions, &mut readings);
+        let readings = material.values_at(&directions);
         let correct_residual = fit(&recipe, &readings);
         for outlier in 0..readings.len() {
             let mut readings = readings.clone();
@@ -168,8 +167,7 @@ fn exclusion_of_one_reading_pays() {
         let mut correct = [0.0; 2];
         for index in 0..25 {
             let material = Procedural::new(index, 0xFEED);
-            let mut values = vec![[0.0; 3]; at.len()];
-            material.evaluate(&at, &mut values);
+            let values = material.values_at(&at);
             let loss = |readings: &[Option<[f32; 3]>], without: Option<usize>| {
                 let outcome = scan_with_missing(&recipe, &mut |sample, _| {
                     let sample = usize::from(sample);

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::{Brdf, Material, angles_of};
+use glimpse_materials::{Brdf, BrdfWithDerivative, Material, angles_of};
 
 use super::highlight_warp::HighlightWarp;
-use super::reading::{BrdfWithDerivative, evaluate_warped, field_factor, mix_channel};
+use super::reading::{evaluate_warped, field_factor, mix_channel};
 use super::task::Task;
 use crate::linear::AngleDual;
 
@@ -38,25 +38,21 @@ impl TaskMaterial {
 }
 
 impl Brdf for TaskMaterial {
-    fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
-        let mut brdf = [[0.0; 3]];
-        self.evaluate(&[HalfDifference::from_angles(angles)], &mut brdf);
-        brdf[0]
-    }
-
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
         let angles: Vec<Angles<f32>> = at.iter().map(angles_of).collect();
-        let mut values = self.parts().map(|(material, warp)| {
+        let [own, partner] = self.parts().map(|(material, warp)| {
             let warped = angles.iter().map(|angles| warp.angles(*angles).0);
             let warped: Vec<_> = warped.map(HalfDifference::from_angles).collect();
-            material.values_at(&warped).into_iter()
+            material.values_at(&warped)
         });
-        for (angles, brdf) in angles.into_iter().zip(brdf) {
-            let [own, partner] = values
-                .each_mut()
-                .map(|values| (values.next().unwrap_or_default(), [[0.0; 3]; 3]));
-            *brdf = self.mix(angles, &own, &partner).map(|dual| dual.value);
-        }
+        let constant = |brdf| (brdf, [[0.0; 3]; 3]);
+        let pairs = angles.into_iter().zip(own.into_iter().zip(partner));
+        pairs
+            .map(|(angles, (own, partner))| {
+                let mixed = self.mix(angles, &constant(own), &constant(partner));
+                mixed.map(|dual| dual.value)
+            })
+            .collect()
     }
 }
 
@@ -65,11 +61,15 @@ impl Material for TaskMaterial {
         self.materials[self.task.material].name()
     }
 
-    fn brdf_with_derivative(&self, angles: Angles<f32>) -> BrdfWithDerivative {
+    fn with_derivatives(&self, angles: &[Angles<f32>]) -> Vec<BrdfWithDerivative> {
         let parts = self.parts();
-        let [own, partner] =
-            parts.map(|(material, warp)| evaluate_warped(material, warp, &[angles])[0]);
-        let mixed = self.mix(angles, &own, &partner);
-        (mixed.map(|dual| dual.value), mixed.map(|dual| dual.tangent))
+        let [own, partner] = parts.map(|(material, warp)| evaluate_warped(material, warp, angles));
+        let pairs = angles.iter().zip(own.iter().zip(&partner));
+        pairs
+            .map(|(angles, (own, partner))| {
+                let mixed = self.mix(*angles, own, partner);
+                (mixed.map(|dual| dual.value), mixed.map(|dual| dual.tangent))
+            })
+            .collect()
     }
 }

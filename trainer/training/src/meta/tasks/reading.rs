@@ -4,7 +4,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::EPSILON;
 use glimpse_core::numeric::Scalar;
 use glimpse_kernels::Dual;
-use glimpse_materials::{Material, quantize};
+use glimpse_materials::{BrdfWithDerivative, Material, quantize};
 
 use super::highlight_warp::HighlightWarp;
 use super::pool::field_terms;
@@ -78,9 +78,6 @@ impl Reading {
     }
 }
 
-/// The BRDF of a material in each channel, and its derivatives with respect to the angles.
-pub(super) type BrdfWithDerivative = ([f32; 3], [[f32; 3]; 3]);
-
 /// Evaluates a material with a highlight warp.
 pub(super) fn evaluate_warped(
     material: &dyn Material,
@@ -91,8 +88,7 @@ pub(super) fn evaluate_warped(
         .iter()
         .map(|angles| highlight_warp.angles(*angles))
         .unzip();
-    let mut brdf = vec![Default::default(); angles.len()];
-    material.brdf_batch_with_derivative(&directions, &mut brdf);
+    let mut brdf = material.with_derivatives(&directions);
     for ((_, derivatives), [by_theta_h, by_theta_d, by_phi_d]) in brdf.iter_mut().zip(slopes) {
         for [theta_h, theta_d, phi_d] in derivatives.iter_mut() {
             *theta_d += *theta_h * by_theta_d;

@@ -42,14 +42,12 @@ fn columns_are_logarithms_of_materials() {
         let angles = Grid::angles(node);
         let at = HalfDifference::from_angles(angles);
         let weight = at.cos_theta_i().max(0.0) * at.cos_theta_o().max(0.0);
-        let mut brdf = [[[0.0; 3]; 2]; 6];
-        for (material, brdf) in MATERIALS.materials.iter().zip(&mut brdf) {
-            let at = [0.0, PI].map(|offset| half_difference(angles, offset));
-            material.evaluate(&at, brdf);
-        }
+        let at = [0.0, PI].map(|offset| half_difference(angles, offset));
+        let materials = MATERIALS.materials.iter();
+        let brdf: Vec<_> = materials.map(|material| material.values_at(&at)).collect();
         for (column, value) in MATERIALS.columns.at_node(node).iter().enumerate() {
             // Columns hold the mean over phi_d and phi_d + pi.
-            let [a, b] = brdf[column / 3].map(|brdf| f64::from(brdf[column % 3]));
+            let [a, b] = [0, 1].map(|half| f64::from(brdf[column / 3][half][column % 3]));
             let expected = (0.5 * (a + b) * weight / EPSILON).ln_1p();
             let error = (f64::from(*value) - expected).abs();
             // Materials are evaluated in single precision, on lanes or as scalars.
@@ -157,9 +155,8 @@ fn all_components_reproduce_columns() {
                 continue;
             }
             let at = [0.0, PI].map(|offset| half_difference(angles, offset));
-            let (mut both, mut brdf) = ([[0.0; 3]; 2], [[0.0; 3]]);
-            material.evaluate(&at, &mut both);
-            reconstruction.evaluate(&at[..1], &mut brdf);
+            let both = material.values_at(&at);
+            let brdf = reconstruction.values_at(&at[..1]);
             for channel in 0..3 {
                 let expected = 0.5 * f64::from(both[0][channel] + both[1][channel]);
                 let actual = f64::from(brdf[0][channel]);

@@ -4,11 +4,11 @@ use glimpse_core::geometry::Angles;
 use memmap2::MmapMut;
 use rayon::prelude::*;
 
-use super::form::CHANNELS;
 use super::grid::{
     FILE_BYTES, HEADER_BYTES, MAX_UNMEASURED, NODES, NODES_PER_CHANNEL, Unmeasured,
     measured_values, node_angles, nodes_above_horizon,
 };
+use super::read::CHANNELS;
 use super::{MerlTable, NOT_MEASURED, SCALE};
 use crate::{Brdf, NotFinite};
 

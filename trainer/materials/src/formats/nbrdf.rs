@@ -10,25 +10,21 @@ use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
-use glimpse_kernels::brdf::{neural_batch_with_derivatives, with_derivative};
+use glimpse_kernels::brdf::neural_batch_with_derivatives;
 use glimpse_kernels::{Dual, NEURAL};
 
 use serde::Deserialize;
 
 use crate::error::{Defect, ensure, index_of, read_error};
-use crate::name::is_valid_name;
 use crate::untrusted::{escaped, read_at_most};
-use crate::{Brdf, Material, SourceError};
+use crate::{Brdf, BrdfWithDerivative, Material, SourceError};
 
-/// Name and shape of the six arrays.
-const ARRAYS: [(&str, &[usize]); 6] = [
-    ("fc1", &[6, 21]),
-    ("b1", &[21]),
-    ("fc2", &[21, 21]),
-    ("b2", &[21]),
-    ("fc3", &[21, 3]),
-    ("b3", &[3]),
+/// The ends of the names of the six files.
+pub(super) const ENDINGS: [&str; 6] = [
+    "_fc1.npy", "_b1.npy", "_fc2.npy", "_b2.npy", "_fc3.npy", "_b3.npy",
 ];
+/// The shapes of the six arrays.
+const SHAPES: [&[usize]; 6] = [&[6, 21], &[21], &[21, 21], &[21], &[21, 3], &[3]];
 
 /// The first bytes of a NumPy file.
 const NPY_MAGIC: &[u8] = b"\x93NUMPY";
@@ -61,39 +57,22 @@ impl NeuralBrdf {
     ///
     /// # Errors
     /// If a file is missing or damaged, an array has the wrong shape, or a weight is not finite.
-    pub fn read(path: &Path) -> Result<Self, SourceError> {
-        let name = Self::name_of(path).ok_or_else(|| SourceError::UnknownFormat(path.into()))?;
-        let files = ARRAYS.map(|(array, _)| path.with_file_name(format!("{name}_{array}.npy")));
-        let arrays = files.iter().zip(ARRAYS);
-        let arrays = arrays.map(|(file, (_, shape))| Array::read(file, shape.iter().product()));
+    pub(crate) fn read(path: &Path, name: String) -> Result<Self, SourceError> {
+        let files = files_of(path, &name);
+        let arrays = files.iter().zip(SHAPES);
+        let arrays = arrays.map(|(file, shape)| Array::read(file, shape.iter().product()));
         let arrays: Vec<Array> = arrays.collect::<Result<_, _>>()?;
         // The shape of the square matrix does not tell its orientation, so that all have that of the first.
         let is_transposed = arrays[0].header.shape == [21, 6];
         let mut parameters = NeuralParameters::filled(0.0);
         let mut rest = &mut parameters[..];
-        for ((file, array), (_, shape)) in files.iter().zip(arrays).zip(ARRAYS) {
+        for ((file, array), shape) in files.iter().zip(arrays).zip(SHAPES) {
             let (layer, after) = rest.split_at_mut(array.values.len());
             let oriented = array.oriented(shape, is_transposed);
             layer.copy_from_slice(&oriented.map_err(Defect::in_file(file))?);
             rest = after;
         }
         Ok(Self::new(name, parameters))
-    }
-
-    /// Returns `NAME` of a path `.../NAME_fc1.npy` or of one of its five siblings, or None for any other path.
-    #[must_use]
-    pub fn name_of(path: &Path) -> Option<String> {
-        let stem = path.file_name()?.to_str()?.strip_suffix(".npy")?;
-        let (name, suffix) = stem.rsplit_once('_')?;
-        let is_array = ARRAYS.iter().any(|(array, _)| *array == suffix);
-        (is_array && is_valid_name(name)).then(|| name.to_owned())
-    }
-
-    /// Returns the paths of a material's six files. `path` is one of them. Returns None for any other path.
-    #[must_use]
-    pub fn files_of(path: &Path) -> Option<[PathBuf; 6]> {
-        let name = Self::name_of(path)?;
-        Some(ARRAYS.map(|(array, _)| path.with_file_name(format!("{name}_{array}.npy"))))
     }
 
     /// Returns the weights.
@@ -108,8 +87,10 @@ impl Brdf for NeuralBrdf {
         Neural::brdf::<f32>(&self.parameters, &HalfDifference::from_angles(angles))
     }
 
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        (NEURAL.evaluate)(self.parameters.as_slice(), at, brdf);
+    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
+        let mut values = vec![[0.0; 3]; at.len()];
+        (NEURAL.evaluate)(self.parameters.as_slice(), at, &mut values);
+        values
     }
 }
 
@@ -118,16 +99,10 @@ impl Material for NeuralBrdf {
         &self.name
     }
 
-    fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        with_derivative::<Neural>(&self.parameters, angles)
-    }
-
-    fn brdf_batch_with_derivative(
-        &self,
-        angles: &[Angles<f32>],
-        results: &mut [([f32; 3], [[f32; 3]; 3])],
-    ) {
-        neural_batch_with_derivatives(&self.constants, angles, results);
+    fn with_derivatives(&self, angles: &[Angles<f32>]) -> Vec<BrdfWithDerivative> {
+        let mut results = vec![Default::default(); angles.len()];
+        neural_batch_with_derivatives(&self.constants, angles, &mut results);
+        results
     }
 
     fn network(&self) -> Option<NeuralParameters<f32>> {
@@ -135,14 +110,19 @@ impl Material for NeuralBrdf {
     }
 }
 
-/// Returns the six files of a network: the suffix after NAME in the file name, and the bytes.
+/// Returns the paths of the six files of a material with this name. `path` is one of them.
+pub(crate) fn files_of(path: &Path, name: &str) -> [PathBuf; 6] {
+    ENDINGS.map(|ending| path.with_file_name(format!("{name}{ending}")))
+}
+
+/// Returns the six files of a network.
 #[must_use]
-pub fn to_nbrdf(parameters: &NeuralParameters<f32>) -> [(String, Vec<u8>); 6] {
+pub fn to_nbrdf(parameters: &NeuralParameters<f32>) -> [Vec<u8>; 6] {
     let mut rest = &parameters[..];
-    ARRAYS.map(|(array, shape)| {
+    SHAPES.map(|shape| {
         let (layer, after) = rest.split_at(shape.iter().product());
         rest = after;
-        (format!("_{array}.npy"), to_npy(shape, layer))
+        to_npy(shape, layer)
     })
 }
 

@@ -4,7 +4,7 @@
 //! equal the first one.
 
 use super::grid::{AXES, HEADER_BYTES, NODES};
-use crate::error::{CONVERT, Defect, index_of};
+use crate::error::{Defect, index_of};
 
 /// The number of nodes of phi_d in a table of all azimuths.
 const ALL_AZIMUTHS: usize = 2 * NODES[2];
@@ -14,11 +14,16 @@ const HALVES_TOLERANCE: f64 = 1e-3;
 pub(super) const CHANNELS: [&str; 3] = ["red", "green", "blue"];
 
 /// Returns the number of nodes of phi_d in a header; None if it is not that of a table.
-pub(super) fn phi_nodes(bytes: &[u8]) -> Option<usize> {
+fn phi_nodes(bytes: &[u8]) -> Option<usize> {
     [NODES[2], ALL_AZIMUTHS].into_iter().find(|phi| {
         let dimensions = [NODES[0], NODES[1], *phi].map(|nodes| (nodes as i32).to_le_bytes());
         bytes.starts_with(dimensions.as_flattened())
     })
+}
+
+/// Returns true if the first bytes of a file are the dimensions of a table.
+pub(crate) fn has_signature(head: &[u8]) -> bool {
+    phi_nodes(head).is_some()
 }
 
 /// The form of a table in a file.
@@ -37,19 +42,8 @@ impl Form {
 
     /// Finds the form by the header and the length.
     pub(super) fn of(bytes: &[u8]) -> Result<Self, Defect> {
-        let Some(header) = bytes.first_chunk::<HEADER_BYTES>() else {
-            return Err("it is too short for the header of a MERL table".into());
-        };
-        let Some(phi_nodes) = phi_nodes(header) else {
-            let words = header.as_chunks().0.iter().copied();
-            let dimensions: Vec<i32> = words.map(i32::from_le_bytes).collect();
-            return Err(Defect::Unsupported(
-                format!(
-                    "its header has the dimensions {dimensions:?}, and only isotropic MERL tables of {NODES:?} are supported"
-                ),
-                CONVERT,
-            ));
-        };
+        let phi_nodes =
+            phi_nodes(bytes).ok_or("it does not start with the dimensions of a MERL table")?;
         let length = bytes.len();
         let expected = |width: usize| HEADER_BYTES + 3 * NODES[0] * NODES[1] * phi_nodes * width;
         match [8, 4].into_iter().find(|width| expected(*width) == length) {
@@ -80,7 +74,7 @@ impl Form {
                 let second = value(index + NODES[2]);
                 let tolerance = HALVES_TOLERANCE * first.abs().max(second.abs());
                 if !(first < 0.0 && second < 0.0 || (first - second).abs() <= tolerance) {
-                    return Err(Defect::Unsupported(
+                    return Err(Defect::new(
                         format!(
                             "its value of {} is {first:e}, and {second:e} at the opposite phi_d",
                             place(position)

@@ -56,33 +56,23 @@ impl<'a> TensorFile<'a> {
                 escaped(name)
             );
         }
-        let file = Self { bytes, fields };
-        file.check_ranges(bytes.len() - header.rest.len())?;
-        Ok(file)
-    }
-
-    /// Checks that no field overlaps the header or another field, and that the file ends with the last one.
-    fn check_ranges(&self, header_end: usize) -> Result<(), String> {
-        let mut fields: Vec<_> = self.fields.iter().collect();
-        fields.retain(|(_, field)| !field.range.is_empty());
-        fields.sort_by_key(|(_, field)| (field.range.start, field.range.end));
-        let (mut end, mut previous) = (header_end, "the header");
-        for (name, field) in fields {
+        let (length, mut end) = (bytes.len(), bytes.len() - header.rest.len());
+        let ranges = fields.values().map(|field: &Field| field.range.clone());
+        let mut ranges: Vec<Range<usize>> = ranges.filter(|range| !range.is_empty()).collect();
+        ranges.sort_by_key(|range| range.start);
+        for range in ranges {
             ensure!(
-                field.range.start >= end,
-                "its field {} overlaps {}",
-                escaped(name),
-                escaped(previous)
+                range.start >= end,
+                "its field at byte {} overlaps the one before, which ends at byte {end}",
+                range.start
             );
-            (end, previous) = (field.range.end, *name);
+            end = range.end;
         }
-        let length = self.bytes.len();
         ensure!(
             length == end,
-            "it has {length} bytes, and {}, which must be last, ends at byte {end}",
-            escaped(previous)
+            "it has {length} bytes, and its last field ends at byte {end}"
         );
-        Ok(())
+        Ok(Self { bytes, fields })
     }
 
     /// Returns true if there is a field of this name.

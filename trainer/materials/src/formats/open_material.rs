@@ -8,20 +8,25 @@ use glimpse_core::checksum::crc_32;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::file::Incidence;
-use super::pair;
-use super::read::PabSet;
-use super::write::{THETA_I, outgoing_angles};
+use super::pab::{Incidence, PabSet, THETA_I, outgoing_angles, pair};
 use crate::color::product;
 use crate::error::{Defect, ensure, read_error};
 use crate::spectrum::{PRIMARIES, Viewing, WAVELENGTHS, weighted_sums};
 use crate::untrusted::{escaped_json_error, read_at_most};
-use crate::{Brdf, Material, NotFinite, SourceError};
+use crate::{Material, NotFinite, SourceError, Tabulation};
 
 /// The largest length of a file in bytes.
 const MAX_BYTES: u64 = 1 << 29;
 /// Nanometers per meter.
 const NM: f64 = 1e9;
+/// The relative difference below which a row's wavelength is a listed one.
+const WAVELENGTH_TOLERANCE: f64 = 1e-6;
+
+/// Returns true if the first bytes of a file are those of a table in JSON.
+pub(super) fn has_signature(head: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(head);
+    text.starts_with('{') && text.contains("\"lookupTable\"")
+}
 
 #[derive(Serialize, Deserialize)]
 struct File<M> {
@@ -41,20 +46,15 @@ struct Table {
     lookup_table: Vec<[Option<f64>; 5]>,
 }
 
-/// Tabulates a BRDF at the directions of a goniophotometer: the bands of `groups`, or else spectra of a BRDF in RGB. See
-/// [`to_ssdd`](crate::to_ssdd).
+/// Tabulates a BRDF at the directions of a goniophotometer: its bands, or else spectra of a BRDF in RGB.
 ///
 /// # Errors
 /// If the BRDF is not finite at a direction.
-pub fn to_open_material(
-    name: &str,
-    wavelengths: &[f32],
-    groups: &[&dyn Brdf],
-) -> Result<Vec<u8>, NotFinite> {
-    let nm = if wavelengths.is_empty() {
-        &WAVELENGTHS[..]
-    } else {
-        wavelengths
+pub(super) fn to_open_material(table: &Tabulation<'_>) -> Result<Vec<u8>, NotFinite> {
+    let columns = table.columns();
+    let nm = match table.wavelengths {
+        [] => &WAVELENGTHS[..],
+        wavelengths => wavelengths,
     };
     let slices = THETA_I.par_iter().map(|theta_i| {
         let radians = |degrees: f64| rounded(degrees.to_radians(), 1e6);
@@ -70,9 +70,9 @@ pub fn to_open_material(
             .map(|[theta, phi]| pair(theta_i.to_degrees(), theta.to_degrees(), phi.to_degrees()));
         let at: Vec<_> = at.collect();
         let mut spectra = vec![Vec::new(); at.len()];
-        for group in groups {
-            for (rgb, spectrum) in group.finite_values_at(&at)?.into_iter().zip(&mut spectra) {
-                match wavelengths {
+        for column in &columns {
+            for (rgb, spectrum) in column.finite_values_at(&at)?.into_iter().zip(&mut spectra) {
+                match table.wavelengths {
                     [] => spectrum.extend(product(&PRIMARIES, rgb)),
                     _ => spectrum.extend(rgb),
                 }
@@ -93,8 +93,8 @@ pub fn to_open_material(
         }
     }
     let metadata = serde_json::json!({
-        "name": name,
-        "uuid": format!("00000000-0000-0000-0000-{:012x}", crc_32(name.as_bytes())),
+        "name": table.name,
+        "uuid": format!("00000000-0000-0000-0000-{:012x}", crc_32(table.name.as_bytes())),
         "materialVersion": "1.0.0",
         "openMaterial3dVersion": "1.1.0",
         "copyrights": ["not stated"],
@@ -117,7 +117,7 @@ fn rounded(value: f64, scale: f64) -> f64 {
 ///
 /// # Errors
 /// If the file cannot be read or is damaged, or directions lack some of its wavelengths.
-pub(crate) fn read_open_material(path: &Path) -> Result<Box<dyn Material>, SourceError> {
+pub(super) fn read_open_material(path: &Path) -> Result<Box<dyn Material>, SourceError> {
     let bytes = read_at_most(path, MAX_BYTES).map_err(read_error(path))?;
     let file: File<Metadata> = serde_json::from_slice(&bytes).map_err(|error| {
         Defect::in_file(path)(format!(
@@ -134,40 +134,56 @@ pub(crate) fn read_open_material(path: &Path) -> Result<Box<dyn Material>, Sourc
 }
 
 fn incidences(table: &Table) -> Result<Vec<Incidence>, Defect> {
-    let wavelengths: Vec<f32> = table
-        .wavelengths
-        .iter()
-        .map(|each| (each * NM) as f32)
-        .collect();
+    let wavelengths = table.wavelengths.iter();
+    let wavelengths: Vec<f32> = wavelengths.map(|meters| (meters * NM) as f32).collect();
     ensure!(
         !wavelengths.is_empty() && wavelengths.is_sorted_by(|one, other| one < other),
         "its wavelengths are not in ascending order"
     );
     let weights = Viewing::default().rgb_weights(&wavelengths);
-    // Positive floats have the order of their bits.
+    // By theta_i, and by theta_o and phi_o, in degrees. Positive floats have the order of their bits.
     let mut spectra: BTreeMap<u64, BTreeMap<[u64; 2], Vec<f64>>> = BTreeMap::new();
-    for row in &table.lookup_table {
-        let &[
-            Some(_),
+    for (index, row) in table.lookup_table.iter().enumerate() {
+        let [
+            Some(wavelength),
             Some(theta_i),
             Some(theta_o),
             Some(phi),
             Some(value),
-        ] = row
+        ] = *row
         else {
             continue;
         };
-        let angles = [theta_i, theta_o, phi].map(|angle| angle.abs().to_degrees());
-        let [theta_i, theta_o, phi] = angles.map(f64::to_bits);
-        let slice = spectra.entry(theta_i).or_default();
-        slice.entry([theta_o, phi]).or_default().push(value);
+        // Adding 0 replaces -0.
+        let [theta_i, theta_o, phi] = [theta_i, theta_o, phi].map(|angle| angle.to_degrees() + 0.0);
+        if ![theta_i, theta_o]
+            .iter()
+            .all(|theta| (0.0..90.0).contains(theta))
+        {
+            // Transmitted light.
+            continue;
+        }
+        let is_listed = |listed: &f64| (listed - wavelength).abs() <= WAVELENGTH_TOLERANCE * listed;
+        let band = table.wavelengths.iter().position(is_listed);
+        let slice = spectra.entry(theta_i.to_bits()).or_default();
+        let spectrum = slice.entry([theta_o, phi].map(f64::to_bits));
+        let spectrum = spectrum.or_insert_with(|| vec![f64::NAN; weights.len()]);
+        // NaN marks a missing value.
+        match band.map(|band| &mut spectrum[band]) {
+            Some(missing) if missing.is_nan() => *missing = value,
+            _ => {
+                return Err(format!(
+                    "the wavelength {wavelength:e} in row {index} of its lookupTable is not listed, or repeats for its directions"
+                ).into());
+            }
+        }
     }
     let slices = spectra.into_iter().map(|(theta_i, slice)| {
         let values = slice.into_iter().map(|([theta, phi], spectrum)| {
+            let known = spectrum.iter().filter(|value| !value.is_nan()).count();
             ensure!(
-                spectrum.len() == weights.len(),
-                "a direction has {} of {} wavelengths",
-                spectrum.len(),
+                known == weights.len(),
+                "a direction has {known} of {} wavelengths",
                 weights.len()
             );
             let rgb = weighted_sums(spectrum.into_iter(), &weights).map(|sum| sum as f32);

@@ -22,7 +22,7 @@ use super::sample_point::{
 };
 use super::tensor_file::{WrittenField, write};
 use crate::spectrum::{PRIMARIES, WAVELENGTHS};
-use crate::{Brdf, NotFinite};
+use crate::{NotFinite, Tabulation};
 
 /// The number of nodes of `rgb` and `luminance` along each axis.
 const SIDE: usize = 96;
@@ -34,31 +34,20 @@ const VNDF: TableShape = TableShape {
 /// The fraction of `vndf` that is based on visible normals. The rest is constant.
 const VISIBLE_FRACTION: f64 = 0.4;
 
-/// The colors of a file.
-#[derive(Clone, Copy)]
-pub enum Colors<'b> {
-    /// `NAME_rgb.bsdf`, in linear RGB, 12 MB.
-    Rgb,
-    /// `NAME_spec.bsdf`, with a spectrum of the same color under D65, 41 MB: the form that pbrt-v4 reads.
-    Spectra,
-    /// `NAME_spec.bsdf`, with these wavelengths in nm, and a BRDF for each three of them.
-    Bands(&'b [f32], &'b [&'b dyn Brdf]),
-}
-
-/// Tabulates a BRDF. Returns the bytes of a file. `description` becomes a field of the file.
+/// Tabulates a BRDF in RGB, or as a spectrum: its bands, or without bands one of the same color under D65. Returns the bytes
+/// of a file, 12 MB in RGB.
 ///
 /// # Errors
 /// If the BRDF is not finite at a node.
-pub fn to_rgl(
-    description: &str,
-    brdf: &dyn Brdf,
-    colors: Colors<'_>,
-) -> Result<Vec<u8>, NotFinite> {
+pub(crate) fn to_rgl(table: &Tabulation<'_>, is_spectrum: bool) -> Result<Vec<u8>, NotFinite> {
+    let version = env!("CARGO_PKG_VERSION");
+    let description = format!("{}, by glimpse-trainer {version}", table.name);
+    let has_bands = is_spectrum && !table.wavelengths.is_empty();
     let theta_i = theta_i();
-    let normals = Normals::new(brdf)?;
+    let normals = Normals::new(table.rgb)?;
     let slices: Vec<Slice> = theta_i
         .par_iter()
-        .map(|theta| Slice::new(brdf, f64::from(*theta), &normals, colors))
+        .map(|theta| Slice::new(table, has_bands, f64::from(*theta), &normals))
         .collect::<Result<_, _>>()?;
     let count = theta_i.len();
     let joined = |field: fn(&Slice) -> &Vec<f32>| -> Vec<f32> {
@@ -79,17 +68,17 @@ pub fn to_rgl(
         WrittenField::bytes("jacobian", &[1]),
         WrittenField::bytes("valid", &valid_bits(&slices)),
     ];
-    match colors {
-        Colors::Rgb => fields.push(floats("rgb", &[1, count, 3, SIDE, SIDE], &colored)),
-        Colors::Spectra | Colors::Bands(..) => {
-            let (wavelengths, spectra) = match colors {
-                Colors::Bands(wavelengths, _) => (wavelengths, colored),
-                _ => (&WAVELENGTHS[..], spectra_from_rgb(&colored)),
-            };
-            let waves = wavelengths.len();
-            fields.push(floats("wavelengths", &[waves], wavelengths));
-            fields.push(floats("spectra", &[1, count, waves, SIDE, SIDE], &spectra));
-        }
+    if is_spectrum {
+        let (wavelengths, spectra) = if has_bands {
+            (table.wavelengths, colored)
+        } else {
+            (&WAVELENGTHS[..], spectra_from_rgb(&colored))
+        };
+        let waves = wavelengths.len();
+        fields.push(floats("wavelengths", &[waves], wavelengths));
+        fields.push(floats("spectra", &[1, count, waves, SIDE, SIDE], &spectra));
+    } else {
+        fields.push(floats("rgb", &[1, count, 3, SIDE, SIDE], &colored));
     }
     Ok(write(&fields))
 }
@@ -147,10 +136,10 @@ struct Slice {
 
 impl Slice {
     fn new(
-        brdf: &dyn Brdf,
+        table: &Tabulation<'_>,
+        has_bands: bool,
         theta_i: f64,
         normals: &Normals,
-        colors: Colors<'_>,
     ) -> Result<Self, NotFinite> {
         let ndf = |point: [f64; 2]| NDF.at(&normals.ndf, point);
         let area: f64 = SIGMA.at(&normals.sigma, [unit_theta(theta_i), 0.5]);
@@ -160,7 +149,7 @@ impl Slice {
             .iter()
             .map(|point| SamplePoint::new(theta_i, *point))
             .collect();
-        let values = times_cosine(brdf, &samples)?;
+        let values = times_cosine(table.rgb, &samples)?;
 
         let mut luminances = Vec::with_capacity(points.len());
         for ((point, sample), value) in points.iter().zip(&samples).zip(&values) {
@@ -172,29 +161,30 @@ impl Slice {
             luminances.push((4.0 * reflected * solid_angle(*point) / density) as f32);
         }
         let is_above_horizon: Vec<bool> = samples.iter().map(|sample| sample.cos_o > 0.0).collect();
-        let mut channels = Vec::new();
-        let mut add = |values: &[[f64; 3]], count: usize| {
-            for channel in 0..count.min(3) {
-                let ratios = values.iter().zip(&points);
-                let ratios = ratios.map(|(value, point)| value[channel] * 4.0 * area / ndf(*point));
-                let ratios: Vec<f64> = ratios.collect();
-                channels.extend(limit_negative(&ratios, &is_above_horizon));
-            }
+        let colors = if has_bands {
+            let groups = table.groups.iter();
+            groups
+                .map(|group| times_cosine(*group, &samples))
+                .collect::<Result<_, _>>()?
+        } else {
+            vec![values]
         };
-        match colors {
-            Colors::Rgb | Colors::Spectra => add(&values, 3),
-            Colors::Bands(wavelengths, groups) => {
-                for (index, group) in groups.iter().enumerate() {
-                    add(
-                        &times_cosine(*group, &samples)?,
-                        wavelengths.len() - 3 * index,
-                    );
-                }
-            }
-        }
+        let bands = if has_bands {
+            table.wavelengths.len()
+        } else {
+            3
+        };
+        let planes = colors
+            .iter()
+            .flat_map(|values| [0, 1, 2].map(|channel| (values, channel)));
+        let planes = planes.take(bands).flat_map(|(values, channel)| {
+            let ratios = values.iter().zip(&points);
+            let ratios = ratios.map(|(value, point)| value[channel] * 4.0 * area / ndf(*point));
+            limit_negative(&ratios.collect::<Vec<f64>>(), &is_above_horizon)
+        });
         Ok(Self {
             luminance: luminances,
-            colors: channels,
+            colors: planes.collect(),
             vndf,
             is_above_horizon,
         })

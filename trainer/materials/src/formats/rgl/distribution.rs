@@ -6,36 +6,8 @@ use glimpse_kernels::dual::RealScalar;
 
 use crate::interpolation::{Position, mix};
 
-/// The grid cell of a point in the unit square, and the position within the cell.
-#[derive(Clone, Copy)]
-pub(super) struct Cell<S> {
-    /// Column of the lower node.
-    column: usize,
-    /// Row of the lower node.
-    row: usize,
-    /// Position between the columns, in \[0, 1\].
-    x: S,
-    /// Position between the rows, in \[0, 1\].
-    y: S,
-}
-
-impl<S: RealScalar> Cell<S> {
-    /// Returns the cell of the point (x, y). The table has at least 2 columns and 2 rows.
-    #[inline(always)]
-    pub(super) fn new([x, y]: [S; 2], shape: TableShape) -> Self {
-        let (column, x) = locate(x, shape.columns);
-        let (row, y) = locate(y, shape.rows);
-        Self { column, row, x, y }
-    }
-}
-
-/// Returns the index of the node before a coordinate in \[0, 1\], and the position between it and the next node.
-#[inline(always)]
-fn locate<S: RealScalar>(coordinate: S, nodes: usize) -> (usize, S) {
-    let position = coordinate * S::constant((nodes - 1) as f64);
-    let index = (position.value() as usize).min(nodes - 2);
-    (index, position - S::constant(index as f64))
-}
+/// The position of a point in the unit square between columns and between rows.
+pub(super) type Cell<S> = [Position<S>; 2];
 
 /// The numbers of columns (along x) and rows (along y) of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,29 +22,25 @@ impl TableShape {
         self.columns * self.rows
     }
 
-    /// Returns the values at a cell's four nodes: lower row, then upper row.
+    /// Returns the cell of the point (x, y). The table has at least 2 columns and 2 rows.
     #[inline(always)]
-    fn corners<S: RealScalar>(self, slice: &[f32], cell: &Cell<S>) -> [[S; 2]; 2] {
-        let low = cell.column + cell.row * self.columns;
-        [low, low + self.columns]
-            .map(|index| [index, index + 1].map(|index| value_or_zero(slice, index)))
+    pub(super) fn cell<S: RealScalar>(self, [x, y]: [S; 2]) -> Cell<S> {
+        [
+            Position::uniform(x, self.columns),
+            Position::uniform(y, self.rows),
+        ]
     }
 
     /// Evaluates the bilinear function of a slice's values at a point.
     #[inline(always)]
     pub(super) fn at<S: RealScalar>(self, slice: &[f32], point: [S; 2]) -> S {
-        self.evaluate(slice, &Cell::new(point, self))
+        self.evaluate(slice, &self.cell(point))
     }
 
     /// Evaluates the bilinear function of a slice's values in a cell.
     #[inline(always)]
-    pub(super) fn evaluate<S: RealScalar>(self, slice: &[f32], cell: &Cell<S>) -> S {
-        let [low, high] = self.corners(slice, cell);
-        mix(
-            mix(low[0], low[1], cell.x),
-            mix(high[0], high[1], cell.x),
-            cell.y,
-        )
+    pub(super) fn evaluate<S: RealScalar>(self, slice: &[f32], [x, y]: &Cell<S>) -> S {
+        y.mix(|row| x.mix(|column| value_or_zero(slice, column + row * self.columns)))
     }
 }
 
@@ -101,22 +69,15 @@ impl Densities {
         let mut marginal = Vec::with_capacity(density.len() / shape.columns);
         for slice in density.chunks_exact_mut(shape.nodes()) {
             let rows = slice.chunks_exact(shape.columns);
-            let row_integrals: Vec<f64> = rows
-                .map(|row| {
-                    last(cumulative_integrals(
-                        row.iter().map(|value| f64::from(*value)),
-                    ))
-                })
-                .collect();
-            let total = last(cumulative_integrals(row_integrals.iter().copied()));
+            let rows =
+                rows.map(|row| cumulative_integrals(row.iter().map(|value| (*value).into())));
+            let rows: Vec<Vec<f64>> = rows.collect();
+            let below = cumulative_integrals(rows.iter().map(|row| row[shape.columns - 1]));
+            let total = below[shape.rows - 1];
             let scale = if total > 0.0 { 1.0 / total } else { 0.0 };
-            for row in slice.chunks_exact(shape.columns) {
-                let row = row.iter().map(|value| f64::from(*value));
-                conditional.extend(cumulative_integrals(row).map(|sum| (sum * scale) as f32));
-            }
-            marginal.extend(
-                cumulative_integrals(row_integrals.into_iter()).map(|sum| (sum * scale) as f32),
-            );
+            let rows = rows.into_iter().flatten();
+            conditional.extend(rows.map(|sum| (sum * scale) as f32));
+            marginal.extend(below.into_iter().map(|sum| (sum * scale) as f32));
             for value in slice {
                 *value = (f64::from(*value) * scale) as f32;
             }
@@ -138,9 +99,9 @@ impl Densities {
         position: &Position<S>,
     ) -> [S; 2] {
         let TableShape { columns, rows } = self.shape;
-        let cell = Cell::new(point, self.shape);
+        let [(column, x), (row, y)] = self.shape.cell(point).map(|axis| axis.low_and_fraction());
         // Density and integrals at a node, interpolated between the two slices.
-        let first_node = cell.column + cell.row * columns;
+        let first_node = column + row * columns;
         let integral = |node: usize| {
             position
                 .mix(|slice| value_or_zero(&self.conditional, slice * self.shape.nodes() + node))
@@ -148,26 +109,26 @@ impl Densities {
         let density = |node: usize| {
             position.mix(|slice| value_or_zero(&self.density, slice * self.shape.nodes() + node))
         };
-        let below = position.mix(|slice| value_or_zero(&self.marginal, slice * rows + cell.row));
+        let below = position.mix(|slice| value_or_zero(&self.marginal, slice * rows + row));
 
         let integral_in_row = |node: usize| {
             let left = density(node);
             let right = density(node + 1);
-            integral(node) + cell.x * mean_up_to(left, right, cell.x)
+            integral(node) + x * mean_up_to(left, right, x)
         };
         let integral_before = mix(
             integral_in_row(first_node),
             integral_in_row(first_node + columns),
-            cell.y,
+            y,
         );
-        let end_of_row = cell.row * columns + columns - 1;
+        let end_of_row = row * columns + columns - 1;
         let [low, high] = [integral(end_of_row), integral(end_of_row + columns)];
-        let row_integral = mix(low, high, cell.y);
+        let row_integral = mix(low, high, y);
         // A row without density is never sampled, and its points are mapped to x = 0.
         let divisor = row_integral.if_positive(row_integral, S::constant(1.0));
         [
             integral_before / divisor,
-            below + cell.y * mean_up_to(low, high, cell.y),
+            below + y * mean_up_to(low, high, y),
         ]
     }
 
@@ -237,17 +198,12 @@ fn mean_up_to<S: Scalar>(left: S, right: S, fraction: S) -> S {
 }
 
 /// Returns the integrals of a piecewise linear function up to each value. Neighboring values have distance 1.
-fn cumulative_integrals(values: impl Iterator<Item = f64>) -> impl Iterator<Item = f64> {
-    let mut sum = 0.0;
-    let mut previous = None;
-    values.map(move |value| {
+fn cumulative_integrals(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let (mut sum, mut previous) = (0.0, None);
+    let integrals = values.map(|value| {
         sum += previous.map_or(0.0, |previous| 0.5 * (previous + value));
         previous = Some(value);
         sum
-    })
-}
-
-/// Returns the last integral, or 0 if there is none.
-fn last(integrals: impl Iterator<Item = f64>) -> f64 {
-    integrals.last().unwrap_or(0.0)
+    });
+    integrals.collect()
 }

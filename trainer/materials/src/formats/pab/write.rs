@@ -8,10 +8,16 @@ use rayon::prelude::*;
 use super::file::{SET_THETA_I, VALUE_COUNT};
 use super::pair;
 use crate::color::{TO_XYZ, product};
-use crate::{Brdf, NotFinite};
+use crate::{NotFinite, Tabulation};
 
 /// The theta_i of the files, in degrees.
-pub(super) const THETA_I: [u32; 11] = [0, 10, 20, 30, 40, 50, 60, 70, 75, 80, 85];
+pub(crate) const THETA_I: [u32; 11] = [0, 10, 20, 30, 40, 50, 60, 70, 75, 80, 85];
+/// The ends of the names of the files, with theta_i.
+#[rustfmt::skip]
+pub(crate) const ENDINGS: [&str; 11] = [
+    "_in00.txt", "_in10.txt", "_in20.txt", "_in30.txt", "_in40.txt", "_in50.txt", "_in60.txt", "_in70.txt", "_in75.txt",
+    "_in80.txt", "_in85.txt",
+];
 /// The step between theta_o, in degrees.
 const THETA_O_STEP: usize = 2;
 /// The step between phi_o, in degrees.
@@ -23,27 +29,20 @@ const MIRROR_CIRCLES: [f64; 9] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0]
 /// The number of directions on each circle.
 const DIRECTIONS_PER_CIRCLE: usize = 24;
 
-/// Returns the suffix after NAME of each file name, one for each incoming direction.
-pub fn pab_suffixes() -> impl Iterator<Item = String> {
-    THETA_I.iter().map(|theta_i| format!("_in{theta_i:02}.txt"))
-}
-
 /// Tabulates an isotropic BRDF, with the light at phi_i = 0. Returns the text of each file, in the order of
-/// [`pab_suffixes`]. All contain `name` as the name of the sample.
+/// [`ENDINGS`]. All contain the name of the material as that of the sample.
 ///
 /// # Errors
 /// If the BRDF is not finite at a direction.
-pub fn to_pab(name: &str, brdf: &dyn Brdf) -> Result<Vec<String>, NotFinite> {
-    let texts = THETA_I
-        .par_iter()
-        .map(|theta_i| file_text(name, brdf, *theta_i));
-    texts.collect()
+pub(crate) fn to_pab(table: &Tabulation<'_>) -> Result<Vec<Vec<u8>>, NotFinite> {
+    let texts = THETA_I.par_iter();
+    texts.map(|theta_i| file_text(table, *theta_i)).collect()
 }
 
 /// Returns the text of the file of a theta_i in degrees.
-fn file_text(name: &str, brdf: &dyn Brdf, theta_i: u32) -> Result<String, NotFinite> {
+fn file_text(table: &Tabulation<'_>, theta_i: u32) -> Result<Vec<u8>, NotFinite> {
     // A quotation mark would end the name.
-    let name = name.replace(['"', '\n'], "_");
+    let name = table.name.replace(['"', '\n'], "_");
     let outgoing = outgoing_angles(f64::from(theta_i));
     let set_theta_i = THETA_I.map(|theta_i| theta_i.to_string()).join(" ");
     let mut text = format!(
@@ -54,17 +53,17 @@ fn file_text(name: &str, brdf: &dyn Brdf, theta_i: u32) -> Result<String, NotFin
     let at = outgoing
         .iter()
         .map(|[theta_o, phi_o]| pair(f64::from(theta_i), *theta_o, *phi_o));
-    let values = brdf.finite_values_at(&at.collect::<Vec<_>>())?;
+    let values = table.rgb.finite_values_at(&at.collect::<Vec<_>>())?;
     for ([theta_o, phi_o], rgb) in outgoing.iter().zip(values) {
         let [x, y, z] = product(&TO_XYZ, rgb.map(f64::from));
         // Writing to a string never fails.
         let _ = writeln!(text, "{theta_o:.3} {phi_o:.3} {x:.6e} {y:.6e} {z:.6e}");
     }
-    Ok(text)
+    Ok(text.into_bytes())
 }
 
 /// Returns theta_o and phi_o of a file's lines, in degrees.
-pub(super) fn outgoing_angles(theta_i: f64) -> Vec<[f64; 2]> {
+pub(crate) fn outgoing_angles(theta_i: f64) -> Vec<[f64; 2]> {
     let mut angles = vec![[0.0, 0.0]];
     for theta in (THETA_O_STEP..=MAX_THETA_O).step_by(THETA_O_STEP) {
         angles.extend(

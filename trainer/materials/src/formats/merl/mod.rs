@@ -5,13 +5,14 @@
 //! BRDF divided by 1/1500, 1.15/1500 and 1.66/1500. Node k of theta_h is at pi/2 (k/90)^2. The nodes of theta_d and
 //! phi_d are at whole degrees, and phi_d has period pi.
 //!
-//! A node was measured if its values in all channels are finite as f32 and not negative. [`form`] reads two other forms.
+//! A node was measured if its values in all channels are finite as f32 and not negative. [`read`] reads two other forms.
 
-mod form;
 mod grid;
-mod nodes;
+mod read;
+mod write;
 
-pub use nodes::{TabulateError, table_nodes, to_merl};
+pub(super) use read::has_signature;
+pub use write::{TabulateError, table_nodes, to_merl};
 
 use std::f64::consts::PI;
 use std::io;
@@ -21,14 +22,13 @@ use glimpse_core::geometry::Angles;
 use glimpse_kernels::dual::RealScalar;
 use memmap2::{Mmap, MmapMut};
 
-use self::form::{Form, check, phi_nodes};
 use self::grid::{AXES, FILE_BYTES, MAX_UNMEASURED, NODES, Unmeasured, measured_values};
+use self::read::{Form, check};
 use crate::basis::{AngleDual, split_duals};
 use crate::error::{Defect, read_error};
 use crate::interpolation::corners;
 use crate::mapped::map_file;
-use crate::name::name_of;
-use crate::{Brdf, Coverage, Material, SourceError};
+use crate::{Brdf, BrdfWithDerivative, Coverage, Material, SourceError};
 
 /// Scale factors from stored values to the BRDF, in red, green and blue.
 const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
@@ -55,8 +55,7 @@ impl MerlTable {
     /// If the file cannot be read or has the wrong dimensions or length, if a value is not finite as f32, or if fewer than
     /// half of the nodes above the horizon were measured, or if values
     /// whose phi_d differ by pi differ by more than 0.1 %.
-    pub fn read(path: &Path) -> Result<Self, SourceError> {
-        let name = name_of(path)?;
+    pub(crate) fn read(path: &Path, name: String) -> Result<Self, SourceError> {
         let mut bytes = map_file(path)?;
         let form = Form::of(&bytes).map_err(Defect::in_file(path))?;
         if form != Form::STANDARD {
@@ -94,12 +93,6 @@ impl MerlTable {
         })
     }
 
-    /// Returns true if the first bytes of a file are the dimensions of a table.
-    #[must_use]
-    pub fn has_signature(bytes: &[u8]) -> bool {
-        phi_nodes(bytes).is_some()
-    }
-
     /// Interpolates the BRDF at angles. The scalar type may have derivatives.
     fn interpolate<S: RealScalar>(&self, angles: Angles<S>) -> [S; 3] {
         let zero = S::constant(0.0);
@@ -134,8 +127,12 @@ impl Material for MerlTable {
         &self.name
     }
 
-    fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        split_duals(self.interpolate(AngleDual::variables(table_angles(angles))))
+    fn with_derivatives(&self, angles: &[Angles<f32>]) -> Vec<BrdfWithDerivative> {
+        let variables = |angles: &Angles<f32>| AngleDual::variables(table_angles(*angles));
+        let duals = angles
+            .iter()
+            .map(|angles| self.interpolate(variables(angles)));
+        duals.map(split_duals).collect()
     }
 
     fn coverage(&self) -> Coverage {

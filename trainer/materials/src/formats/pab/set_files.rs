@@ -8,8 +8,7 @@ use super::file::{has_signature, incoming_angles, sample_name};
 use crate::SourceError;
 use crate::error::{Defect, entries, read_error};
 use crate::files::directory_of;
-use crate::name::{is_valid_name, name_of};
-use crate::untrusted::{self, escaped};
+use crate::untrusted::{self, escaped, is_valid_name};
 
 /// The number of bytes that are read from each file in the directory, to get its header.
 const HEAD_BYTES: u64 = 1 << 14;
@@ -17,7 +16,11 @@ const HEAD_BYTES: u64 = 1 << 14;
 /// Returns the name of a file's sample, or else that of the file.
 pub(super) fn sample_name_of(path: &Path) -> Result<String, SourceError> {
     match sample_name(&read_head(path).map_err(read_error(path))?) {
-        None => name_of(path),
+        None => Ok(path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned()),
         Some(name) if is_valid_name(name) => Ok(name.to_owned()),
         Some(name) => Err(Defect::in_file(path)(format!(
             "its sample_name is {}, and must be a name without slashes",

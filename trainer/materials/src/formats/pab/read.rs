@@ -8,10 +8,11 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use super::file::{Incidence, SET_THETA_I};
 use super::set_files::{files_of, sample_name_of};
 use super::{ANGLE_TOLERANCE, direction};
-use crate::error::{CONVERT, Defect, read_text};
+use crate::error::{Defect, read_text};
+use crate::formats::rgl::{RglMeasurement, to_rgl};
 use crate::loss::coarse_directions;
 use crate::untrusted::escaped;
-use crate::{Brdf, Colors, Coverage, Material, RglMeasurement, SourceError, to_rgl};
+use crate::{Brdf, Coverage, Material, SourceError, Tabulation};
 
 /// The number of cells along each axis of the plane; see [`ScatteredValues`].
 const CELLS: usize = 60;
@@ -58,15 +59,12 @@ impl PabSet {
                 let first_phi_i = *phi_i.get_or_insert(incidence.phi_i);
                 let turns = (incidence.phi_i - first_phi_i) / 360.0;
                 if 360.0 * (turns - turns.round()).abs() > ANGLE_TOLERANCE {
-                    return Err(Defect::in_file(file)(Defect::Unsupported(
-                        format!(
-                            "its inphi is {}, that of other files of {} is {first_phi_i}, and only isotropic materials \
+                    return Err(Defect::in_file(file)(Defect::unsupported(format!(
+                        "its inphi is {}, that of other files of {} is {first_phi_i}, and only isotropic materials \
                          (one inphi) are supported",
-                            incidence.phi_i,
-                            escaped(&sample)
-                        ),
-                        CONVERT,
-                    )));
+                        incidence.phi_i,
+                        escaped(&sample)
+                    ))));
                 }
             }
             set_theta_i = set_theta_i.or_else(|| incidence.set_theta_i.clone());
@@ -87,7 +85,7 @@ impl PabSet {
     }
 
     /// Creates a material of incidences and their files. Values at the same theta_i are joined.
-    pub(super) fn new(sample: String, incidences: Vec<(PathBuf, Incidence)>) -> Self {
+    pub(crate) fn new(sample: String, incidences: Vec<(PathBuf, Incidence)>) -> Self {
         let mut files: Vec<(PathBuf, f64)> = Vec::new();
         let mut slices: Vec<(f64, ScatteredValues)> = Vec::new();
         for (file, incidence) in incidences {
@@ -127,7 +125,7 @@ impl PabSet {
         if !self.is_complete() {
             return Ok(Box::new(self));
         }
-        let bytes = to_rgl(&self.sample, &self, Colors::Rgb)
+        let bytes = to_rgl(&Tabulation::rgb(&self.sample, &self), false)
             .map_err(|error| Defect::in_file(path)(error.to_string()))?;
         let resampled = RglMeasurement::parse(self.sample, &bytes);
         let mut resampled = resampled.map_err(Defect::in_file(path))?;
@@ -233,11 +231,13 @@ fn cells_on_ring(column: usize, row: usize, ring: usize) -> impl Iterator<Item =
 }
 
 impl Brdf for PabSet {
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        for (at, brdf) in at.iter().zip(brdf) {
-            let value = self.interpolate(at, !self.is_complete());
-            *brdf = value.map_or([f32::NAN; 3], |value| value.map(|value| value as f32));
-        }
+    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
+        let is_limited = !self.is_complete();
+        let values = at.iter().map(|at| self.interpolate(at, is_limited));
+        let to_f32 = |value: [f64; 3]| value.map(|value| value as f32);
+        values
+            .map(|value| value.map_or([f32::NAN; 3], to_f32))
+            .collect()
     }
 }
 
@@ -245,10 +245,6 @@ impl Brdf for PabSet {
 impl Material for PabSet {
     fn name(&self) -> &str {
         &self.sample
-    }
-
-    fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        (self.at_angles(angles), [[f32::NAN; 3]; 3])
     }
 
     fn coverage(&self) -> Coverage {

@@ -5,17 +5,14 @@
 //! from the surface; a mirror reflects phi to phi + 180 degrees.
 
 mod file;
-mod open_material;
 mod read;
 mod set_files;
 mod write;
 
-pub(super) use file::has_signature;
-pub(super) use open_material::read_open_material;
-pub use open_material::to_open_material;
+pub(super) use file::{Incidence, has_signature};
 pub use read::PabSet;
-pub(super) use set_files::files_of;
-pub use write::{pab_suffixes, to_pab};
+pub(crate) use set_files::files_of;
+pub(super) use write::{ENDINGS, THETA_I, outgoing_angles, to_pab};
 
 use glimpse_core::geometry::{Directions, HalfDifference};
 
@@ -23,7 +20,7 @@ use glimpse_core::geometry::{Directions, HalfDifference};
 const ANGLE_TOLERANCE: f64 = 0.01;
 
 /// Returns the pair of a light at phi_i = 0 and a sensor, both above the horizon, with angles in degrees.
-fn pair(theta_i: f64, theta_o: f64, phi_o: f64) -> HalfDifference<f32> {
+pub(super) fn pair(theta_i: f64, theta_o: f64, phi_o: f64) -> HalfDifference<f32> {
     let [incoming, outgoing] = [direction(theta_i, 0.0), direction(theta_o, phi_o)]
         .map(|direction| direction.map(|value| value as f32));
     // Directions above the horizon are never opposite.

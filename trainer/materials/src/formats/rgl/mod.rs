@@ -24,7 +24,7 @@ mod tensor_file;
 mod tests;
 mod write;
 
-pub use write::{Colors, to_rgl};
+pub(super) use write::to_rgl;
 
 use std::f32::consts::FRAC_PI_2;
 use std::f64::consts::{PI, TAU};
@@ -32,25 +32,24 @@ use std::path::Path;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 
-use self::distribution::{Cell, Densities, TableShape};
+use self::distribution::{Densities, TableShape};
 use self::sample_point::unit_theta;
 use self::tensor_file::{FINITE, NOT_NEGATIVE, TensorFile, check_values};
 use glimpse_kernels::dual::RealScalar;
 
 use crate::basis::{AngleDual, angles_to_f64, finite_f32, split_duals};
-use crate::error::{CONVERT, Defect, ensure};
+use crate::error::{Defect, ensure};
 use crate::interpolation::Position;
 use crate::mapped::map_file;
-use crate::name::name_of;
 use crate::spectrum::Viewing;
-use crate::{Brdf, Coverage, Material, SourceError};
+use crate::{Brdf, BrdfWithDerivative, Coverage, Material, SourceError};
 
 /// A material from a measurement of the RGL database.
 ///
 /// The BRDF is 0 below the horizon. Above, it is interpolated between the measured directions, with the exact
 /// derivatives of the interpolant. theta_i is clamped to the largest measured value. The stored values are the BRDF
 /// times cos(theta_o). The BRDF without the cosine is unbounded as theta_o approaches pi/2.
-pub struct RglMeasurement {
+pub(crate) struct RglMeasurement {
     name: String,
     tensors: Tensors,
     pub(super) coverage: Coverage,
@@ -61,8 +60,7 @@ impl RglMeasurement {
     ///
     /// # Errors
     /// If the file cannot be read, is damaged, holds a number that is not finite, or is an anisotropic measurement.
-    pub fn read(path: &Path) -> Result<Self, SourceError> {
-        let name = name_of(path)?;
+    pub(crate) fn read(path: &Path, name: String) -> Result<Self, SourceError> {
         // A map reads only the pages that are used, and spectral files are large.
         Self::parse(name, &map_file(path)?).map_err(Defect::in_file(path))
     }
@@ -76,20 +74,18 @@ impl RglMeasurement {
             coverage: Coverage::Complete,
         })
     }
+}
 
-    /// Returns true if the first bytes of a file, with the names of its fields, are those of a spectral file.
-    #[must_use]
-    pub fn has_spectra(bytes: &[u8]) -> bool {
-        let has = |name: &[u8]| bytes.windows(name.len()).any(|bytes| bytes == name);
-        // Names follow their lengths.
-        has(b"\x07\0spectra") && !has(b"\x03\0rgb")
-    }
+/// Returns true if the first bytes of a file are those of a tensor file.
+pub(super) fn has_signature(head: &[u8]) -> bool {
+    head.starts_with(tensor_file::MAGIC)
+}
 
-    /// Returns true if the first bytes of a file are those of a tensor file.
-    #[must_use]
-    pub fn has_signature(bytes: &[u8]) -> bool {
-        bytes.starts_with(tensor_file::MAGIC)
-    }
+/// Returns true if the first bytes of a file, with the names of its fields, are those of a spectral file.
+pub(super) fn has_spectra(head: &[u8]) -> bool {
+    let has = |name: &[u8]| head.windows(name.len()).any(|bytes| bytes == name);
+    // Names follow their lengths.
+    has_signature(head) && has(b"\x07\0spectra") && !has(b"\x03\0rgb")
 }
 
 impl Brdf for RglMeasurement {
@@ -103,9 +99,12 @@ impl Material for RglMeasurement {
         &self.name
     }
 
-    fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        let variables = AngleDual::variables(angles_to_f64(&angles));
-        split_duals(self.tensors.brdf(variables))
+    fn with_derivatives(&self, angles: &[Angles<f32>]) -> Vec<BrdfWithDerivative> {
+        let variables = |angles| AngleDual::variables(angles_to_f64(angles));
+        let duals = angles
+            .iter()
+            .map(|angles| self.tensors.brdf(variables(angles)));
+        duals.map(split_duals).collect()
     }
 
     fn coverage(&self) -> Coverage {
@@ -128,19 +127,17 @@ impl Tensors {
     fn parse(bytes: &[u8]) -> Result<Self, Defect> {
         let file = TensorFile::parse(bytes)?;
         if file.has("M") && file.has("wvls") {
-            return Err(Defect::Unsupported(
-                "it is a polarized measurement (Mueller matrices, its field M), and is not supported".to_owned(), CONVERT));
+            return Err(Defect::unsupported(
+                "it is a polarized measurement (Mueller matrices, its field M), and is not supported",
+            ));
         }
         let ([phi_count], _) = file.floats("phi_i", FINITE)?;
         // The two values of phi_i of an isotropic material are -pi and pi.
         if !(1..=2).contains(&phi_count) {
-            return Err(Defect::Unsupported(
-                format!(
-                    "it is an anisotropic measurement, with {phi_count} values of phi_i, and only isotropic materials (1 or 2 \
+            return Err(Defect::unsupported(format!(
+                "it is an anisotropic measurement, with {phi_count} values of phi_i, and only isotropic materials (1 or 2 \
                  values) are supported"
-                ),
-                CONVERT,
-            ));
+            )));
         }
         ensure!(file.byte("jacobian")? == 1, "its field jacobian is not 1");
         // The largest valid theta_i is pi/2, rounded to f32.
@@ -214,7 +211,7 @@ impl Tensors {
         let factor = normals / (S::constant(4.0) * area * cos_o);
 
         let (shape, values) = &self.rgb;
-        let cell = Cell::new(point, *shape);
+        let cell = shape.cell(point);
         [0, 1, 2].map(|channel| {
             let measured = position.mix(|node| {
                 let start = (3 * node + channel) * shape.nodes();

@@ -10,12 +10,11 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use rayon::prelude::*;
 
 use crate::color::{FROM_XYZ, IDENTITY};
-use crate::error::{CONVERT, Defect, ensure, read_text};
+use crate::error::{Defect, ensure, read_text};
 use crate::interpolation::corners;
-use crate::name::name_of;
 use crate::spectrum::{Viewing, weighted_sums};
 use crate::untrusted::escaped;
-use crate::{Brdf, MerlTable, NotFinite, SourceError, table_nodes};
+use crate::{MerlTable, NotFinite, SourceError, Tabulation, table_nodes};
 
 /// The start of a file.
 const SIGNATURE: &str = "VERSION ";
@@ -32,16 +31,12 @@ pub(crate) fn has_signature(head: &[u8]) -> bool {
     text.starts_with(SIGNATURE) && text.contains("DATA_TYPE")
 }
 
-/// Tabulates a reciprocal BRDF, or each band of one. `groups` are `wavelengths` in nm with a BRDF for each three of them, or else
-/// none with the BRDF in RGB.
+/// Tabulates a reciprocal BRDF in RGB, or each of its bands.
 ///
 /// # Errors
 /// If the BRDF is not finite at a node.
-pub fn to_ssdd(
-    name: &str,
-    wavelengths: &[f32],
-    groups: &[&dyn Brdf],
-) -> Result<Vec<u8>, NotFinite> {
+pub(super) fn to_ssdd(table: &Tabulation<'_>) -> Result<Vec<u8>, NotFinite> {
+    let wavelengths = table.wavelengths;
     let axes = axes();
     let list = |values: &[f32]| {
         let values = values.iter().map(|value| format!("{:.4}", value));
@@ -55,7 +50,7 @@ pub fn to_ssdd(
         [] => "rgb".to_owned(),
         _ => format!("spectrum\nWAVELENGTH_LIST {}", list(wavelengths)),
     };
-    let name = name.replace(['\n', '#'], "_");
+    let name = table.name.replace(['\n', '#'], "_");
     let mut text = format!(
         "{SIGNATURE}0.2\nSOFTWARE glimpse-trainer-{}\nDATA_TYPE brdf\nCOLOR_MODEL {color}\n\
          PARAM_TYPE half_difference_coordinate_system\nREDUCTION_TYPE reciprocity\n\
@@ -64,7 +59,10 @@ pub fn to_ssdd(
         env!("CARGO_PKG_VERSION")
     );
     let at: Vec<HalfDifference<f32>> = nodes(&axes).map(above_horizon).collect();
-    let columns = groups.par_iter().map(|group| group.finite_values_at(&at));
+    let columns = table.columns();
+    let columns = columns
+        .par_iter()
+        .map(|column| column.finite_values_at(&at));
     let columns: Vec<Vec<[f32; 3]>> = columns.collect::<Result<_, _>>()?;
     let count = if wavelengths.is_empty() {
         3
@@ -121,9 +119,9 @@ fn above_horizon(mut angles: Angles<f32>) -> HalfDifference<f32> {
 ///
 /// # Errors
 /// If the file cannot be read, is damaged, or is not an isotropic BRDF in half-difference coordinates and text.
-pub(crate) fn read(path: &Path) -> Result<MerlTable, SourceError> {
+pub(crate) fn read(path: &Path, name: String) -> Result<MerlTable, SourceError> {
     let text = read_text(path, MAX_BYTES)?;
-    parse(name_of(path)?, &text).map_err(Defect::in_file(path))
+    parse(name, &text).map_err(Defect::in_file(path))
 }
 
 fn parse(name: String, text: &str) -> Result<MerlTable, Defect> {
@@ -145,13 +143,10 @@ fn parse(name: String, text: &str) -> Result<MerlTable, Defect> {
         ("PARAM1_LIST", ""),
     ] {
         if value(key) != supported {
-            return Err(Defect::Unsupported(
-                format!(
-                    "its {key} is `{}`, and only isotropic BRDFs in half-difference coordinates with DATA ascii are supported",
-                    escaped(value(key))
-                ),
-                CONVERT,
-            ));
+            return Err(Defect::unsupported(format!(
+                "its {key} is `{}`, and only isotropic BRDFs in half-difference coordinates with DATA ascii are supported",
+                escaped(value(key))
+            )));
         }
     }
     let numbers = |line: &str| -> Result<Vec<f32>, Defect> {

@@ -1,7 +1,7 @@
 //! One PAB-Opto file: a header, and values by outgoing direction.
 
 use crate::color::{FROM_XYZ, product};
-use crate::error::{CONVERT, Defect, ensure};
+use crate::error::{Defect, ensure};
 use crate::untrusted::escaped;
 
 /// The starts of header lines that identify the format.
@@ -46,17 +46,17 @@ fn header_value<'a>(text: &'a str, key: &str) -> Option<&'a str> {
 }
 
 /// theta_o and phi_o in degrees, and the BRDF there in linear RGB, sr^-1 (not times the cosine).
-pub(super) type OutgoingValue = ([f64; 2], [f32; 3]);
+pub(crate) type OutgoingValue = ([f64; 2], [f32; 3]);
 
 /// The measurement at one incoming direction.
-pub(super) struct Incidence {
+pub(crate) struct Incidence {
     /// Polar angle of the incoming direction, in degrees.
-    pub(super) theta_i: f64,
+    pub(crate) theta_i: f64,
     /// Azimuth of the incoming direction, in degrees.
-    pub(super) phi_i: f64,
-    pub(super) values: Vec<OutgoingValue>,
+    pub(crate) phi_i: f64,
+    pub(crate) values: Vec<OutgoingValue>,
     /// All theta_i of the set in degrees, if the header lists them.
-    pub(super) set_theta_i: Option<Vec<f64>>,
+    pub(crate) set_theta_i: Option<Vec<f64>>,
 }
 
 /// The color space of a line's values.
@@ -79,10 +79,9 @@ impl Incidence {
         );
         let unsupported = |field: &str, value: &str, supported: &str| {
             let value = escaped(value);
-            Defect::Unsupported(
-                format!("its {field} is {value}, and only {supported} are supported"),
-                CONVERT,
-            )
+            Defect::unsupported(format!(
+                "its {field} is {value}, and only {supported} are supported"
+            ))
         };
         let (mut colorimetry, mut times_cosine) = (Colorimetry::Y, None);
         let (mut theta_i, mut phi_i) = (None, None);

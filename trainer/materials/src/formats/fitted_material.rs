@@ -4,16 +4,13 @@ use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{ModelKind, NeuralParameters};
-use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use crate::basis::Basis;
-use crate::error::{CONVERT, Defect, ensure, read_error};
+use crate::error::{Defect, ensure, read_error};
 use crate::fitted_brdf::FittedBrdf;
-use crate::name::{has_extension, is_valid_name};
-use crate::other_format::SAVE_WEIGHTS;
-use crate::untrusted::{escaped, escaped_json_error, read_at_most};
-use crate::{BandValues, Bands, Brdf, Material, SourceError};
+use crate::untrusted::{escaped, escaped_json_error, is_valid_name, read_at_most};
+use crate::{BandValues, Bands, Brdf, BrdfWithDerivative, Material, SourceError};
 
 /// The value of the field `format`.
 const FORMAT: &str = "glimpse-material";
@@ -77,8 +74,6 @@ impl Convention {
 struct FormatHeader {
     format: Option<String>,
     version: Option<u32>,
-    /// In the architecture of a network that Keras writes.
-    class_name: Option<IgnoredAny>,
 }
 
 /// The fields that define the material. The other fields of a file report on the fit.
@@ -191,13 +186,10 @@ impl FittedMaterial {
             ..
         } = fields;
         let Some(model) = MODELS.into_iter().find(|kind| kind.name() == model) else {
-            return Err(Defect::Unsupported(
-                format!(
-                    "its `model` is `{}`, and only phong, cook-torrance, neural and linear are supported",
-                    escaped(&model)
-                ),
-                CONVERT,
-            ));
+            return Err(Defect::unsupported(format!(
+                "its `model` is `{}`, and only phong, cook-torrance, neural and linear are supported",
+                escaped(&model)
+            )));
         };
         if let Some(index) = values.iter().position(|value| !value.is_finite()) {
             return Err(format!("`values[{index}]` is not finite as a 32-bit float").into());
@@ -223,22 +215,23 @@ impl FittedMaterial {
     /// Returns true if the extension of a path is `json`, so that it may be a fitted material.
     #[must_use]
     pub fn is_json_file(path: &Path) -> bool {
-        has_extension(path, "json")
+        path.extension()
+            .is_some_and(|extension| extension == "json")
     }
 
     /// Returns the path of `material.json` in a directory, or None if the file does not exist.
-    pub(super) fn find_in(directory: &Path) -> Option<PathBuf> {
+    pub(crate) fn find_in(directory: &Path) -> Option<PathBuf> {
         let path = directory.join(FILE_NAME);
         path.is_file().then_some(path)
     }
 
     /// Reads the name of the material in a file.
-    pub(super) fn read_name(path: &Path) -> Result<String, SourceError> {
+    pub(crate) fn read_name(path: &Path) -> Result<String, SourceError> {
         Ok(read_fields(path)?.name)
     }
 
     /// Returns the path itself, and that of the basis if the file can be read and refers to one.
-    pub(super) fn files_of(path: &Path) -> Vec<PathBuf> {
+    pub(crate) fn files_of(path: &Path) -> Vec<PathBuf> {
         let reference = read_fields(path).ok().and_then(|fields| fields.basis);
         let basis = reference.map(|reference| path.with_file_name(reference.file));
         [path.to_owned()].into_iter().chain(basis).collect()
@@ -258,15 +251,9 @@ fn parse_fields(bytes: &[u8]) -> Result<MaterialFields, Defect> {
         )
     };
     let header: FormatHeader = serde_json::from_slice(bytes).map_err(invalid)?;
-    if header.class_name.is_some() {
-        return Err(Defect::Unsupported(
-            "it is the architecture of a Keras network, without weights".to_owned(),
-            SAVE_WEIGHTS,
-        ));
-    }
     let format = header.format.unwrap_or_default();
     if format != FORMAT {
-        return Err(Defect::Unsupported(
+        return Err(Defect::new(
             format!(
                 "its `format` is `{}`, and must be `{FORMAT}`",
                 escaped(&format)
@@ -274,18 +261,13 @@ fn parse_fields(bytes: &[u8]) -> Result<MaterialFields, Defect> {
             "give the material.json of `trainer fit`, or a file of another format",
         ));
     }
-    let fields: MaterialFields = match header.version {
-        Some(VERSION) => serde_json::from_slice(bytes).map_err(invalid)?,
-        version => {
-            return Err(Defect::Unsupported(
-                format!(
-                    "its `version` is {}, and only version {VERSION} is supported",
-                    version.map_or("missing".to_owned(), |version| version.to_string())
-                ),
-                CONVERT,
-            ));
-        }
-    };
+    if header.version != Some(VERSION) {
+        return Err(Defect::unsupported(format!(
+            "its `version` is {}, and only version {VERSION} is supported",
+            header.version.unwrap_or_default()
+        )));
+    }
+    let fields: MaterialFields = serde_json::from_slice(bytes).map_err(invalid)?;
     ensure!(
         is_valid_name(&fields.name),
         "its `name` is `{}`, and must be the name of a material, without slashes",
@@ -320,10 +302,10 @@ impl Brdf for FittedMaterial {
         }
     }
 
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
         match &self.bands {
-            Some(bands) => bands.evaluate_colors(at, brdf),
-            None => self.fitted.evaluate(at, brdf),
+            Some(bands) => bands.colors_at(at),
+            None => self.fitted.values_at(at),
         }
     }
 }
@@ -341,10 +323,11 @@ impl Material for FittedMaterial {
         self.bands.as_ref()
     }
 
-    fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        match &self.bands {
-            Some(bands) => bands.brdf_with_derivative(angles),
-            None => self.fitted.brdf_with_derivative(angles),
-        }
+    fn with_derivatives(&self, angles: &[Angles<f32>]) -> Vec<BrdfWithDerivative> {
+        let at = |angles: &Angles<f32>| match &self.bands {
+            Some(bands) => bands.brdf_with_derivative(*angles),
+            None => self.fitted.brdf_with_derivative(*angles),
+        };
+        angles.iter().map(at).collect()
     }
 }
