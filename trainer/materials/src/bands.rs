@@ -131,43 +131,39 @@ impl Bands {
 }
 
 impl BandGroup<'_> {
-    /// Calls a function for each fit of the bands, with the number of a channel and that of the fit's channel.
-    fn for_each(&self, mut act: impl FnMut(&FittedBrdf, &[[usize; 2]])) {
+    /// Returns the fit of all bands, or one fit for each.
+    fn fits(&self) -> &[FittedBrdf] {
+        let fits = &self.bands.fits;
         if self.bands.per_fit == GROUP {
-            return act(
-                &self.bands.fits[self.first / GROUP],
-                &[[0, 0], [1, 1], [2, 2]],
-            );
-        }
-        for channel in 0..GROUP {
-            let band = (self.first + channel).min(self.bands.fits.len() - 1);
-            act(&self.bands.fits[band], &[[channel, 0]]);
+            &fits[self.first / GROUP..][..1]
+        } else {
+            &fits[self.first..fits.len().min(self.first + GROUP)]
         }
     }
 
+    /// Returns the results for the three bands from the results of each fit's channels.
+    fn join<T: Copy>(&self, results: &[[T; 3]]) -> [T; 3] {
+        if self.bands.per_fit == GROUP {
+            return results[0];
+        }
+        [0, 1, 2].map(|band| results[band.min(results.len() - 1)][0])
+    }
+
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> BrdfWithDerivative {
-        let mut result = ([0.0; 3], [[0.0; 3]; 3]);
-        self.for_each(|fit, channels| {
-            let (brdf, derivative) = fit.brdf_with_derivative(angles);
-            for [channel, from] in channels {
-                result.0[*channel] = brdf[*from];
-                result.1[*channel] = derivative[*from];
-            }
-        });
-        result
+        let results = self.fits().iter();
+        let results = results.map(|fit| fit.brdf_with_derivative(angles));
+        let (values, derivatives): (Vec<_>, Vec<_>) = results.unzip();
+        (self.join(&values), self.join(&derivatives))
     }
 }
 
 impl Brdf for BandGroup<'_> {
     fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
-        let mut values = vec![[0.0; 3]; at.len()];
-        self.for_each(|fit, channels| {
-            for (value, of_fit) in values.iter_mut().zip(fit.values_at(at)) {
-                for [channel, from] in channels {
-                    value[*channel] = of_fit[*from];
-                }
-            }
-        });
-        values
+        let fits = self.fits().iter().map(|fit| fit.values_at(at));
+        let fits: Vec<Vec<[f32; 3]>> = fits.collect();
+        let of_fits = |index: usize| fits.iter().map(|values| values[index]).collect::<Vec<_>>();
+        (0..at.len())
+            .map(|index| self.join(&of_fits(index)))
+            .collect()
     }
 }

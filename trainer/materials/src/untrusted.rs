@@ -7,7 +7,7 @@ use std::path::Path;
 /// The largest number of characters of a file's text in a message.
 const MAX_CHARACTERS: usize = 120;
 /// The largest number of a file's first bytes in a message.
-const MAX_BYTES: usize = 32;
+const START_BYTES: usize = 32;
 
 /// Reads all of a file, a pipe or a device, up to `max_bytes` bytes.
 ///
@@ -63,7 +63,7 @@ pub fn escaped(text: &str) -> String {
 /// Returns the first bytes of a file for a message, with those escaped that are not ASCII text.
 #[must_use]
 pub fn escaped_start(bytes: &[u8]) -> String {
-    bytes[..bytes.len().min(MAX_BYTES)]
+    bytes[..bytes.len().min(START_BYTES)]
         .escape_ascii()
         .to_string()
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{ModelKind, NeuralParameters};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::basis::Basis;
 use crate::error::{Defect, ensure, read_error};
@@ -67,13 +68,6 @@ impl Convention {
         times_cosine: false,
         color_space: "linear-rgb",
     };
-}
-
-/// The fields that all versions of the format have.
-#[derive(Deserialize)]
-struct FormatHeader {
-    format: Option<String>,
-    version: Option<u32>,
 }
 
 /// The fields that define the material. The other fields of a file report on the fit.
@@ -250,24 +244,24 @@ fn parse_fields(bytes: &[u8]) -> Result<MaterialFields, Defect> {
             escaped_json_error(&error)
         )
     };
-    let header: FormatHeader = serde_json::from_slice(bytes).map_err(invalid)?;
-    let format = header.format.unwrap_or_default();
+    let file: Value = serde_json::from_slice(bytes).map_err(invalid)?;
+    let format = file["format"].as_str().unwrap_or_default();
     if format != FORMAT {
         return Err(Defect::new(
             format!(
                 "its `format` is `{}`, and must be `{FORMAT}`",
-                escaped(&format)
+                escaped(format)
             ),
             "give the material.json of `trainer fit`, or a file of another format",
         ));
     }
-    if header.version != Some(VERSION) {
+    if file["version"] != VERSION {
         return Err(Defect::unsupported(format!(
             "its `version` is {}, and only version {VERSION} is supported",
-            header.version.unwrap_or_default()
+            escaped(&file["version"].to_string())
         )));
     }
-    let fields: MaterialFields = serde_json::from_slice(bytes).map_err(invalid)?;
+    let fields: MaterialFields = serde_json::from_value(file).map_err(invalid)?;
     ensure!(
         is_valid_name(&fields.name),
         "its `name` is `{}`, and must be the name of a material, without slashes",

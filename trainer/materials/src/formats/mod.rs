@@ -50,6 +50,8 @@ pub type Tabulate = fn(&Tabulation<'_>) -> Result<Vec<Vec<u8>>, NotFinite>;
 struct Properties {
     /// The name in options and reports.
     name: &'static str,
+    /// Names, contents and size of the files, for help texts.
+    description: &'static str,
     /// The ends of the names of files, after that of the material.
     endings: &'static [&'static str],
     /// The ends of the names of written files.
@@ -79,6 +81,7 @@ impl Format {
         match self {
             Self::Merl => Properties {
                 name: "merl",
+                description: "NAME.binary: MERL's table of 90 x 90 x 180 values, 33 MiB",
                 endings: &[".binary"],
                 written: &[".binary"],
                 has_signature: merl::has_signature,
@@ -88,6 +91,7 @@ impl Format {
             },
             Self::RglSpectra => Properties {
                 name: "rgl-spectral",
+                description: "NAME_spec.bsdf: the same as spectra, for `measured` in spectral variants and for pbrt-v4, 41 MB",
                 endings: &[],
                 written: &["_spec.bsdf"],
                 has_signature: rgl::has_spectra,
@@ -97,6 +101,7 @@ impl Format {
             },
             Self::Rgl => Properties {
                 name: "rgl",
+                description: "NAME_rgb.bsdf: a tensor file for Mitsuba 3's plugin `measured`, 12 MB",
                 endings: &[".bsdf"],
                 written: &["_rgb.bsdf"],
                 has_signature: rgl::has_signature,
@@ -106,6 +111,7 @@ impl Format {
             },
             Self::Nbrdf => Properties {
                 name: "nbrdf",
+                description: "NAME_fc1.npy and its five siblings: a network of 675 weights",
                 endings: &nbrdf::ENDINGS,
                 written: &nbrdf::ENDINGS,
                 has_signature: |_| false,
@@ -115,6 +121,7 @@ impl Format {
             },
             Self::Pab => Properties {
                 name: "pab",
+                description: "NAME_in00.txt, NAME_in10.txt, ...: PAB-Opto's text files, for Radiance's pabopto2bsdf",
                 endings: &[],
                 written: &pab::ENDINGS,
                 has_signature: pab::has_signature,
@@ -124,6 +131,7 @@ impl Format {
             },
             Self::OpenMaterial => Properties {
                 name: "openmaterial",
+                description: "NAME_brdf.xompt: spectra in a look-up table of ASAM OpenMATERIAL 3D, 40 MB",
                 endings: &["_brdf.xompt"],
                 written: &["_brdf.xompt"],
                 has_signature: open_material::has_signature,
@@ -133,6 +141,7 @@ impl Format {
             },
             Self::Ssdd => Properties {
                 name: "ssdd",
+                description: "NAME.ssdd: a table in text, of RGB or of bands, for libbsdf and BSDF Processor",
                 endings: &[".ssdd"],
                 written: &[".ssdd"],
                 has_signature: ssdd::has_signature,
@@ -147,6 +156,12 @@ impl Format {
     #[must_use]
     pub fn name(self) -> &'static str {
         self.properties().name
+    }
+
+    /// Returns the names, contents and size of the files, for help texts.
+    #[must_use]
+    pub fn description(self) -> &'static str {
+        self.properties().description
     }
 
     /// Returns true if a table of this format holds a spectrum.

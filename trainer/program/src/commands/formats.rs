@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use glimpse_evaluation::conversion::{OutputFormat, WrittenErrors};
 use glimpse_evaluation::shading::ShadingModel;
-use glimpse_materials::Format;
 
 /// Returns a parser of the names of output formats.
 pub(super) fn parser() -> impl TypedValueParser<Value = OutputFormat> {
@@ -17,27 +16,7 @@ pub(super) fn parser() -> impl TypedValueParser<Value = OutputFormat> {
 
 fn describe_files(format: OutputFormat) -> &'static str {
     match format {
-        OutputFormat::Brdf(Format::Merl) => {
-            "NAME.binary: MERL's table of 90 x 90 x 180 values, 33 MiB"
-        }
-        OutputFormat::Brdf(Format::Nbrdf) => {
-            "NAME_fc1.npy and its five siblings: a network of 675 weights"
-        }
-        OutputFormat::Brdf(Format::Rgl) => {
-            "NAME_rgb.bsdf: a tensor file for Mitsuba 3's plugin `measured`, 12 MB"
-        }
-        OutputFormat::Brdf(Format::RglSpectra) => {
-            "NAME_spec.bsdf: the same as spectra, for `measured` in spectral variants and for pbrt-v4, 41 MB"
-        }
-        OutputFormat::Brdf(Format::Pab) => {
-            "NAME_in00.txt, NAME_in10.txt, ...: PAB-Opto's text files, for Radiance's pabopto2bsdf"
-        }
-        OutputFormat::Brdf(Format::OpenMaterial) => {
-            "NAME_brdf.xompt: spectra in a look-up table of ASAM OpenMATERIAL 3D, 40 MB"
-        }
-        OutputFormat::Brdf(Format::Ssdd) => {
-            "NAME.ssdd: a table in text, of RGB or of bands, for libbsdf and BSDF Processor"
-        }
+        OutputFormat::Brdf(format) => format.description(),
         OutputFormat::Shading(ShadingModel::Principled) => {
             "NAME_principled.json: parameters of Mitsuba 3's BSDF `principled`, for load_dict"
         }

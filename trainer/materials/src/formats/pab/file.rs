@@ -83,47 +83,39 @@ impl Incidence {
                 "its {field} is {value}, and only {supported} are supported"
             ))
         };
-        let (mut colorimetry, mut times_cosine) = (Colorimetry::Y, None);
-        let (mut theta_i, mut phi_i) = (None, None);
-        let header = text.lines().take_while(|line| line.starts_with('#'));
-        for line in header.clone() {
-            let mut words = line[1..].split_whitespace();
-            let key = words.next().unwrap_or_default();
-            let words: Vec<&str> = words.collect();
-            match (key, &words[..]) {
-                ("colorimetry:", [kind]) => {
-                    colorimetry = match kind.to_ascii_uppercase().as_str() {
-                        "CIE-XYZ" => Colorimetry::Xyz,
-                        "CIE-Y" => Colorimetry::Y,
-                        _ => return Err(unsupported("colorimetry", kind, "CIE-XYZ and CIE-Y")),
-                    }
-                }
-                ("format:", ["theta", "phi", kind]) => {
-                    times_cosine = match kind.to_ascii_uppercase().as_str() {
-                        "BRDF" | "BSDF" => Some(false),
-                        "DSF" => Some(true),
-                        _ => return Err(unsupported("format", kind, "BRDF, BSDF and DSF")),
-                    }
-                }
-                ("intheta", [value]) => theta_i = Some(number("intheta", value)?),
-                ("inphi", [value]) => phi_i = Some(number("inphi", value)?),
-                ("incident_angle", [theta, phi]) => {
-                    theta_i = Some(number("incident_angle", theta)?);
-                    phi_i = Some(number("incident_angle", phi)?);
-                }
-                _ => {}
+        let field = |key: &str| header_value(text, key);
+        let required =
+            |key: &str| field(key).ok_or_else(|| format!("its header has no line {key}"));
+        let is = |value: &str, name: &str| value.eq_ignore_ascii_case(name);
+        let colorimetry = match field("#colorimetry:") {
+            Some(kind) if is(kind, "CIE-XYZ") => Colorimetry::Xyz,
+            Some(kind) if !is(kind, "CIE-Y") => {
+                return Err(unsupported("colorimetry", kind, "CIE-XYZ and CIE-Y"));
             }
-        }
-        let missing_line = |line: &str| format!("its header has no line {line}");
-        let times_cosine = times_cosine.ok_or_else(|| missing_line("#format: theta phi BRDF"))?;
-        let theta_i = theta_i.ok_or_else(|| missing_line("#intheta DEGREES"))?;
-        let phi_i = phi_i.ok_or_else(|| missing_line("#inphi DEGREES"))?;
+            _ => Colorimetry::Y,
+        };
+        let format: Vec<&str> = required("#format:")?.split_whitespace().collect();
+        let times_cosine = match format[..] {
+            ["theta", "phi", kind] if is(kind, "BRDF") || is(kind, "BSDF") => false,
+            ["theta", "phi", kind] if is(kind, "DSF") => true,
+            _ => {
+                let supported = "`theta phi` with BRDF, BSDF or DSF";
+                return Err(unsupported("format", &format.join(" "), supported));
+            }
+        };
+        let pair = field("#incident_angle").and_then(|pair| pair.split_once(char::is_whitespace));
+        let (theta_i, phi_i) = match pair {
+            Some(pair) => pair,
+            None => (required("#intheta")?, required("#inphi")?),
+        };
+        let [theta_i, phi_i] = [number("intheta", theta_i)?, number("inphi", phi_i.trim())?];
         ensure!(
             (0.0..90.0).contains(&theta_i),
             "its intheta is {theta_i}, and must be at least 0 and below 90 degrees"
         );
         let mut values = Vec::new();
         let mut value_lines = 0;
+        let header = text.lines().take_while(|line| line.starts_with('#'));
         let lines = text.lines().enumerate().skip(header.count());
         for (index, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
             let value = parse_value(line, colorimetry, times_cosine)

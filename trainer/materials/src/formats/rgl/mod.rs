@@ -34,7 +34,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 
 use self::distribution::{Densities, TableShape};
 use self::sample_point::unit_theta;
-use self::tensor_file::{FINITE, NOT_NEGATIVE, TensorFile, check_values};
+use self::tensor_file::{FINITE, NOT_NEGATIVE, TensorFile, UNSIGNED_8, check_values};
 use glimpse_kernels::dual::RealScalar;
 
 use crate::basis::{AngleDual, angles_to_f64, finite_f32, split_duals};
@@ -139,7 +139,11 @@ impl Tensors {
                  values) are supported"
             )));
         }
-        ensure!(file.byte("jacobian")? == 1, "its field jacobian is not 1");
+        let ([count], jacobian) = file.values("jacobian", UNSIGNED_8)?;
+        ensure!(
+            jacobian == [1],
+            "its field jacobian has {count} values, and must be [1]"
+        );
         // The largest valid theta_i is pi/2, rounded to f32.
         let is_inside = |theta| (0.0..=FRAC_PI_2).contains(&theta);
         let ([theta_count], theta_i) = file.floats("theta_i", ("from 0 to pi/2", is_inside))?;

@@ -16,7 +16,7 @@ const VERSION: [u8; 2] = [1, 0];
 /// The width in bytes of a value of each type. Type n is at index n - 1.
 const WIDTHS: [usize; 11] = [1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8];
 /// The types of the fields that are read and written: 8-bit unsigned integers and 32-bit floats.
-const UNSIGNED_8: u8 = 1;
+pub(super) const UNSIGNED_8: u8 = 1;
 const FLOAT_32: u8 = 10;
 
 /// A file whose header was checked against its length.
@@ -102,17 +102,8 @@ impl<'a> TensorFile<'a> {
         Ok((shape, bytes.as_chunks().0))
     }
 
-    /// Returns the value of a field of one byte.
-    pub(super) fn byte(&self, name: &str) -> Result<u8, String> {
-        match self.values::<1>(name, UNSIGNED_8)? {
-            (_, [byte]) => Ok(*byte),
-            ([length], _) => Err(format!(
-                "its field {name} has {length} values, and must have 1"
-            )),
-        }
-    }
-
-    fn values<const N: usize>(
+    /// Returns the shape and the bytes of a field with `N` dimensions of a type.
+    pub(super) fn values<const N: usize>(
         &self,
         name: &str,
         type_code: u8,
