@@ -195,50 +195,17 @@ impl Machine {
 
 #[cfg(test)]
 mod tests {
-    use glimpse_core::error::{Error, ErrorCode};
-
     use super::*;
 
-    type Change = fn(&mut Machine);
-
+    /// The command line refuses these before they reach a machine, Python does not.
     #[test]
-    fn rejects_invalid_machines() {
-        let valid = Machine::default();
-        assert_eq!(valid.validate(), Ok(()));
-        let speed = |axis, value| MachineError::Speed { axis, value };
-        let cases: [(Change, MachineError); 6] = [
-            (
-                |machine| machine.speeds.theta_i = 0.0,
-                speed("theta_i", 0.0),
-            ),
-            (
-                |machine| machine.speeds.theta_o = -1.0,
-                speed("theta_o", -1.0),
-            ),
-            (
-                |machine| (machine.speeds.phi_i, machine.speeds.phi_o) = (0.0, 0.0),
-                MachineError::NoAzimuth,
-            ),
-            (|machine| machine.settle = -0.5, MachineError::Settle(-0.5)),
-            (
-                |machine| machine.limits.max_theta_i = 2.0,
-                MachineError::Limits(Error::in_field(ErrorCode::Limits, "limits.max_theta_i")),
-            ),
-            (
-                |machine| machine.speeds.phi_o = f64::INFINITY,
-                speed("phi_o", f64::INFINITY),
-            ),
-        ];
-        for (change, expected) in cases {
-            let mut machine = valid;
-            change(&mut machine);
-            assert_eq!(machine.validate(), Err(expected));
+    fn rejects_speeds_that_are_not_finite() {
+        for speed in [f64::NAN, f64::INFINITY] {
+            let mut machine = Machine::default();
+            machine.speeds.phi_o = speed;
+            let error = machine.validate();
+            let is_named = matches!(error, Err(MachineError::Speed { axis: "phi_o", .. }));
+            assert!(is_named, "{error:?}");
         }
-        let mut machine = valid;
-        machine.speeds.phi_o = f64::NAN;
-        let error = machine.validate().expect_err("the value is not a speed");
-        let is_speed =
-            matches!(error, MachineError::Speed { axis: "phi_o", value } if value.is_nan());
-        assert!(is_speed, "{error}");
     }
 }

@@ -53,34 +53,3 @@ pub fn stops(recipe: &Recipe<'_>, limits: &Limits) -> Result<Vec<Stop>, Vec<OutO
         false => Err(unreachable),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use glimpse_core::error::ErrorCode;
-
-    use super::*;
-
-    const NEURAL: &[u8] = include_bytes!("../../../../core/examples/recipes/neural-n8.recipe");
-
-    #[test]
-    fn reports_all_unreachable_samples() {
-        let recipe = Recipe::parse(NEURAL).expect("the recipe is valid");
-        let limits = Limits {
-            max_theta_o: 56_f32.to_radians(),
-            ..Limits::NONE
-        };
-        let unreachable = stops(&recipe, &limits).expect_err("some samples are out of reach");
-        let indices: Vec<usize> = unreachable.iter().map(|sample| sample.index).collect();
-        let beyond = recipe
-            .directions()
-            .filter(|(_, at)| at.outgoing[2] < 56_f32.to_radians().cos());
-        let beyond: Vec<usize> = beyond.map(|(index, _)| index.into()).collect();
-        assert_eq!((&indices, indices.len()), (&beyond, 2));
-        assert_eq!(unreachable[0].reason.code, ErrorCode::MaxThetaO);
-        let message = unreachable[0].to_string();
-        let theta_o = format!("{:.2}", unreachable[0].arms.theta_o);
-        for part in [&theta_o, "max_theta_o"] {
-            assert!(message.contains(part), "no {part} in {message}");
-        }
-    }
-}

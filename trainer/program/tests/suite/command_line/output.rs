@@ -74,6 +74,7 @@ fn rejects_output_that_is_an_input() {
         ("export r.recipe --format json", "./r.recipe"),
         ("export r.recipe --format basis", "r.basis"),
         ("render pattern r.svg", "r.svg"),
+        ("plan r.recipe --force", "r.recipe"),
         ("query procedural:1 --angles a.csv", "a.csv"),
         ("query materials --angles a.csv", "materials/felt_fc2.npy"),
         (
@@ -141,6 +142,8 @@ fn replaces_valuable_files_only_with_force() {
     fs::create_dir(folder.at("q")).expect("the folder is created");
     for (command, out) in [
         ("quickstart --out q", "q/neural-n8.recipe"),
+        ("plan r.recipe --out plan.csv", "plan.csv"),
+        ("plan r.recipe --blank sheet.csv", "sheet.csv"),
         ("query procedural:1 --angles a.csv --out kept", "kept"),
         ("render pattern r.recipe --out kept.svg", "kept.svg"),
         ("render sphere procedural:1 --size 8 --out s.png", "s.png"),

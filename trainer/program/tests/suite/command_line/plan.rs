@@ -1,7 +1,5 @@
 //! `trainer plan`, and the positions of the arms in `trainer inspect`.
 
-use std::fs;
-
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::Source;
 use serde_json::Value;
@@ -69,6 +67,7 @@ fn plan_beats_own_order() {
         }
     }
 
+    assert!(!csv.contains("-0.0000"), "{csv}");
     let sheet = folder.read_text("sheet.csv");
     assert!(sheet.starts_with("index,theta_i,phi_i,theta_o,phi_o,r,g,b\n"));
     for (row, planned) in sheet.lines().zip(csv.lines()).skip(1) {
@@ -78,19 +77,6 @@ fn plan_beats_own_order() {
     let seconds = [total, moving].map(|seconds| format!("{seconds:.1}"));
     let printed = folder.succeed("plan n8.recipe");
     assert_names(&printed, &seconds.each_ref().map(String::as_str));
-}
-
-#[test]
-fn plan_depends_on_machine() {
-    let folder = folder();
-    let travel = |options| number(&plan_as_json(&folder, options)["moving_seconds"]);
-    let usual = travel("");
-    let twice = travel("--speed 20");
-    assert!((usual - 2.0 * twice).abs() < 1e-9);
-    assert!(travel("--speed 10,0,10,10") > usual);
-    assert!(travel("--no-full-turns") >= usual);
-    let longer = plan_as_json(&folder, "--settle 2");
-    assert_eq!(number(&longer["settling_seconds"]), 16.0);
 }
 
 #[test]
@@ -142,28 +128,10 @@ fn rejects_invalid_options() {
             "--max-theta-i 20 --max-theta-o 20 --min-separation 50 => ",
             "--force => --force",
             "--out a.csv --blank ./a.csv => --out --blank",
-            "--out n8.recipe --force => n8.recipe",
             "--blank n8.recipe => n8.recipe",
         ],
     );
     assert_eq!(folder.names(""), before, "a file was written");
-}
-
-#[test]
-fn keeps_filled_in_sheet() {
-    let folder = folder();
-    for option in ["--out", "--blank"] {
-        let plan = format!("plan n8.recipe {option} sheet.csv");
-        folder.succeed(&plan);
-        folder.succeed(&plan); // the same again
-        let filled = folder.read_text("sheet.csv") + "more\n";
-        folder.write("sheet.csv", &filled);
-        folder.fail_naming(&plan, &["sheet.csv", "--force"]);
-        assert_eq!(folder.read_text("sheet.csv"), filled);
-        folder.succeed(&format!("{plan} --force"));
-        assert_ne!(folder.read_text("sheet.csv"), filled);
-        fs::remove_file(folder.at("sheet.csv")).expect("the file is removed");
-    }
 }
 
 #[test]

@@ -78,21 +78,15 @@ fn trains_inspects_exports_and_evaluates_prior_recipes() {
 }
 
 #[test]
-fn rejects_inapplicable_or_invalid_options() {
+fn rejects_invalid_options() {
     let folder = Folder::new();
     folder.fail_each(
         "train --model linear --samples 3 --out x.recipe",
         &[
-            "--schedule paper --missing 0.5 => --missing",
-            "--schedule paper --noise 0.02 => --noise",
-            "--schedule paper --procedural 0 => --procedural",
-            "--schedule paper --max-theta-o 80 => --max-theta-o",
-            "--schedule paper --levels 256 => --levels",
             "--data procedural:2 --share 1 => --share",
             "--data procedural:2 --data procedural:2:1 --share 1 => --share",
             "--data procedural:2 --data procedural:2:1 --share 1,0 => --share",
             "--data procedural:2 --data procedural:3 => procedural:3",
-            "--bases 5 => --bases",
             "--max-theta-i 20 --min-separation 50 => --min-separation",
             "--max-theta-i 120 => --max-theta-i",
             "--schedule prior --missing 1.5 => --missing",

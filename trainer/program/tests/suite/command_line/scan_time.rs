@@ -21,16 +21,9 @@ fn trained() -> Folder {
 #[test]
 fn scan_keeps_within_its_seconds() {
     let folder = trained();
-    for order in ["travel", "progressive"] {
-        let plan = folder.succeed_as_json(&format!("plan x.recipe --order {order}"));
-        assert!(number(&plan["seconds"]) <= 7.0, "{plan}");
-        assert_eq!(plan["machine"]["settle_seconds"], 0.25);
-        let speeds = ["theta_i", "phi_i", "theta_o", "phi_o"]
-            .map(|axis| number(&plan["machine"]["degrees_per_second"][axis]));
-        for (speed, expected) in speeds.into_iter().zip([20.0, 10.0, 20.0, 10.0]) {
-            assert!((speed - expected).abs() < 1e-4, "{plan}");
-        }
-    }
+    let plan = folder.succeed_as_json("plan x.recipe");
+    assert!(number(&plan["seconds"]) <= 7.0, "{plan}");
+    assert_eq!(plan["machine"]["settle_seconds"], 0.25);
     let exported = folder.succeed_as_json("inspect x.recipe");
     assert_eq!(
         exported["metadata"]["training"]["options"]["scan_seconds"],
@@ -72,10 +65,9 @@ fn rejects_inapplicable_options() {
     folder.fail_each(
         "train --model phong --out x.recipe --data procedural:2",
         &[
-            "-n 4 --speed 10 => --scan-seconds",
-            "-n 4 --settle 1 => --scan-seconds",
-            "-n 4 --scan-seconds 5 --schedule paper => --scan-seconds",
             "-n 4 --scan-seconds 2 => 2",
+            "-n 4 --scan-seconds -1 => -1",
+            "-n 4 --scan-seconds nan => --scan-seconds",
             "-n 4 --scan-seconds 5 --speed 0 => theta_i",
         ],
     );
