@@ -227,6 +227,10 @@ fn table_is_evaluated_and_rendered() {
     core.put_numbers(REFERENCE, &reference);
     let loss: f64 = core.call("loss", ());
     assert!((loss / expected - 1.0).abs() < 1e-3, "{loss} {expected}");
+    // The sensor is below the horizon, where the table has no BRDF.
+    reference.extend([1.0, 1.0, std::f32::consts::PI, 0.5, 0.5, 0.5]);
+    core.put_numbers(REFERENCE, &reference);
+    assert!(core.call::<(), f64>("loss", ()).is_nan());
 
     // The light and the camera are above the center of 33 x 33 pixels; then the light is behind the sphere.
     core.numbers(3 * 33 * 33);

@@ -1,5 +1,7 @@
 //! Data of a page as JSON: recipes, readings and a reference material.
 
+use std::sync::Arc;
+
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glimpse_core::fit::Estimator;
@@ -9,7 +11,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_materials::Material;
 use glimpse_materials::loss::{coarse_directions, loss_between};
 use glimpse_training::linear::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
-use glimpse_training::recipe::{Metadata, RecipeDefect};
+use glimpse_training::recipe::RecipeFile;
 use serde_json::{Value, json};
 
 use crate::{View, WASM};
@@ -19,8 +21,8 @@ use crate::{View, WASM};
 pub struct RecipeScan {
     /// Name of the recipe.
     pub name: String,
-    /// Bytes of the recipe.
-    pub recipe: Vec<u8>,
+    /// The recipe.
+    pub recipe: Arc<RecipeFile>,
     /// Compact basis of Linear, which maps coefficients to a BRDF; None for other models.
     pub basis: Option<Vec<u8>>,
     /// Readings at the recipe's samples: the BRDF in linear RGB, sr^-1, not times the cosine. None is a missing
@@ -49,7 +51,7 @@ impl Reference {
             let basis = parsed.as_ref();
             basis
                 .and_then(|basis| basis.brdf(CHANNEL_COEFFICIENTS, at))
-                .unwrap_or_default()
+                .unwrap_or([f32::NAN; 3])
         };
         let table_loss = loss_between(&tabulated, material);
         let mut reference_values = Vec::new();
@@ -87,8 +89,9 @@ impl Reference {
 }
 
 impl RecipeScan {
-    fn to_json(&self) -> Result<Value, RecipeDefect> {
-        let recipe = Recipe::parse(&self.recipe)?;
+    fn to_json(&self) -> Value {
+        let recipe = self.recipe.recipe();
+        let training = self.recipe.metadata().training.as_ref();
         let samples = recipe
             .pattern()
             .zip(&self.readings)
@@ -98,18 +101,18 @@ impl RecipeScan {
                 sample
             });
         let samples: Vec<Value> = samples.collect();
-        Ok(json!({
+        json!({
             "name": self.name,
             "model": recipe.model().name(),
             "how": method_summary(&recipe),
             "takes_missing": recipe.tolerates_missing(),
             "expected_loss": recipe.expected_loss(),
-            "trained_on": Metadata::of(&recipe)?.training.map(|training| training.data),
-            "recipe": STANDARD.encode(&self.recipe),
+            "trained_on": training.map(|training| &training.data),
+            "recipe": STANDARD.encode(self.recipe.bytes()),
             "basis": self.basis.as_ref().map(|basis| STANDARD.encode(basis)),
             "samples": samples,
             "next": self.next.map(arms_in_degrees),
-        }))
+        })
     }
 }
 
@@ -137,12 +140,7 @@ fn method_summary(recipe: &Recipe<'_>) -> String {
 impl View {
     /// Returns the JSON for the page's scripts, with `<` escaped so that it cannot contain markup.
     pub(crate) fn to_json(&self) -> String {
-        // The caller has parsed the recipes; invalid ones are skipped.
-        let scans: Vec<Value> = self
-            .scans
-            .iter()
-            .filter_map(|scan| scan.to_json().ok())
-            .collect();
+        let scans: Vec<Value> = self.scans.iter().map(RecipeScan::to_json).collect();
         let data = json!({
             "title": self.title,
             "wasm": STANDARD.encode(WASM),

@@ -115,7 +115,7 @@ pub extern "C" fn residual() -> f32 {
 }
 
 /// Returns the paper's Loss against the reference values in buffer 3: the mean of |ln(1 + y c) - ln(1 + f c)|, c =
-/// cos(theta_i). NaN without a fit or table, or without reference values.
+/// cos(theta_i). NaN without a fit or table, without reference values, or if the BRDF cannot be evaluated at one of them.
 #[unsafe(no_mangle)]
 pub extern "C" fn loss() -> f64 {
     SCENE.with(|scene| scene.loss())

@@ -48,15 +48,14 @@ pub(crate) enum Surface<'a> {
 }
 
 impl Surface<'_> {
-    /// Returns the BRDF in linear RGB, sr^-1, not times the cosine; 0 below the horizon.
-    pub(crate) fn brdf(&self, directions: &Directions<f32>) -> [f32; 3] {
-        let brdf = match self {
+    /// Returns the BRDF in linear RGB, sr^-1, not times the cosine. None below the horizon, or if it is not finite.
+    pub(crate) fn brdf(&self, directions: &Directions<f32>) -> Option<[f32; 3]> {
+        match self {
             Self::Fitted(fitted) => fitted.brdf(directions),
             Self::Table(table) => {
-                HalfDifference::from_directions(directions).and_then(|at| table.brdf(CHANNELS, &at))
+                table.brdf(CHANNELS, &HalfDifference::from_directions(directions)?)
             }
-        };
-        brdf.unwrap_or_default()
+        }
     }
 }
 
@@ -197,7 +196,10 @@ impl Scene {
                 theta_d,
                 phi_d,
             });
-            let modeled = surface.brdf(&at.directions());
+            // The page shows no loss of a BRDF that is not finite.
+            let Some(modeled) = surface.brdf(&at.directions()) else {
+                return f64::NAN;
+            };
             let cosine = at.cos_theta_i();
             let error = cosine_weighted_log_error([red, green, blue], modeled, cosine, 1.0);
             sum += f64::from(error.error.value());
@@ -216,7 +218,7 @@ impl Scene {
         let mut pattern = recipe.directions().map(|(_, directions)| directions);
         let is_done = self.with_surface(3 * samples, |surface, numbers| {
             for (value, directions) in numbers.iter_mut().zip(&mut pattern) {
-                *value = surface.brdf(&directions);
+                *value = surface.brdf(&directions).unwrap_or_default();
             }
         });
         if is_done { samples } else { 0 }

@@ -32,7 +32,9 @@ pub(crate) fn sphere(scene: &mut Scene, size: u32, rows: Range<u32>, light: [f32
             });
             let cosine = incoming[2];
             *pixel = if cosine > 0.0 {
-                let brdf = surface.brdf(&Directions { incoming, outgoing });
+                let brdf = surface
+                    .brdf(&Directions { incoming, outgoing })
+                    .unwrap_or_default();
                 brdf.map(|f| PI * f * cosine)
             } else {
                 [0.0; 3]
@@ -60,7 +62,7 @@ pub(crate) fn lobe(scene: &mut Scene, theta_i: f32, steps: u32) -> u32 {
         for (step, value) in values.iter_mut().enumerate() {
             let theta_o = (2 * step + 1) as f32 / steps as f32 * FRAC_PI_2 - FRAC_PI_2;
             let arms = Arms::from_array([-theta_i, 0.0, theta_o, 0.0]);
-            *value = surface.brdf(&arms.directions());
+            *value = surface.brdf(&arms.directions()).unwrap_or_default();
         }
     });
     if is_done { steps } else { 0 }

@@ -101,7 +101,7 @@ impl View {
             };
             scans.push(RecipeScan {
                 name: name_of(path),
-                recipe: chosen.file.bytes().to_vec(),
+                recipe: chosen.file,
                 basis: chosen.basis.as_deref().map(compact_bytes).transpose()?,
                 readings,
                 next,
