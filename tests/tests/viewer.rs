@@ -214,7 +214,7 @@ fn table_is_evaluated_and_rendered() {
             .expect("directions above the horizon");
         let error = cosine_weighted_log_error(brdf, tabulated, at.cos_theta_i(), 1.0);
         expected += f64::from(error.error.value()) / 1_500.0;
-        reference.extend([angles.theta_h, angles.theta_d, angles.phi_d]);
+        reference.extend(angles.to_array());
         reference.extend(brdf);
     }
     let mut core = Core::new(&module());

@@ -15,12 +15,26 @@ pub struct Angles<T> {
     pub phi_d: T,
 }
 
-impl Angles<f32> {
-    pub(crate) fn from_array([theta_h, theta_d, phi_d]: [f32; 3]) -> Self {
+impl<T: Copy> Angles<T> {
+    /// Creates angles in the order theta_h, theta_d, phi_d.
+    #[must_use]
+    pub const fn from_array([theta_h, theta_d, phi_d]: [T; 3]) -> Self {
         Self {
             theta_h,
             theta_d,
             phi_d,
         }
+    }
+
+    /// Returns the angles in the order theta_h, theta_d, phi_d.
+    #[must_use]
+    pub const fn to_array(self) -> [T; 3] {
+        [self.theta_h, self.theta_d, self.phi_d]
+    }
+
+    /// Converts each angle.
+    #[must_use]
+    pub fn map<U: Copy>(self, convert: impl FnMut(T) -> U) -> Angles<U> {
+        Angles::from_array(self.to_array().map(convert))
     }
 }

@@ -19,25 +19,22 @@ use crate::numeric::math;
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Arms {
+pub struct Arms<T = f32> {
     /// The polar angle of the light's arm from the normal; 0 to pi/2 above the horizon. It may be negative: (-theta, phi)
     /// is (theta, phi + pi), for an arm that swings through the normal.
-    pub theta_i: f32,
+    pub theta_i: T,
     /// The azimuth of the light's arm about the normal, from x towards y, with any number of turns.
-    pub phi_i: f32,
+    pub phi_i: T,
     /// The polar angle of the sensor's arm.
-    pub theta_o: f32,
+    pub theta_o: T,
     /// The azimuth of the sensor's arm.
-    pub phi_o: f32,
+    pub phi_o: T,
 }
 
-impl Arms {
-    /// Both arms along the normal.
-    pub const NORMAL: Self = Self::from_array([0.0; 4]);
-
+impl<T: Copy> Arms<T> {
     /// Creates numbers for the axes in the order theta_i, phi_i, theta_o, phi_o.
     #[must_use]
-    pub const fn from_array([theta_i, phi_i, theta_o, phi_o]: [f32; 4]) -> Self {
+    pub const fn from_array([theta_i, phi_i, theta_o, phi_o]: [T; 4]) -> Self {
         Self {
             theta_i,
             phi_i,
@@ -48,9 +45,22 @@ impl Arms {
 
     /// Returns the numbers in the order theta_i, phi_i, theta_o, phi_o.
     #[must_use]
-    pub const fn to_array(self) -> [f32; 4] {
+    pub const fn to_array(self) -> [T; 4] {
         [self.theta_i, self.phi_i, self.theta_o, self.phi_o]
     }
+
+    /// Converts each number.
+    #[must_use]
+    pub fn map<U: Copy>(self, convert: impl FnMut(T) -> U) -> Arms<U> {
+        Arms::from_array(self.to_array().map(convert))
+    }
+}
+
+impl Arms {
+    /// Both arms along the normal.
+    pub const NORMAL: Self = Self::from_array([0.0; 4]);
+    /// The names of the axes, in the order of [`to_array`](Self::to_array).
+    pub const NAMES: [&'static str; 4] = ["theta_i", "phi_i", "theta_o", "phi_o"];
 
     /// The pair of unit directions.
     #[must_use]

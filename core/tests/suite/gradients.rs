@@ -101,11 +101,7 @@ fn extremes() -> impl Strategy<Value = Variables> {
     let phi_d = prop_oneof![Just(0.0), Just(FRAC_PI_2), Just(PI), 0.0..TAU];
     let logarithms = prop::array::uniform3(-12.0..12.0f64);
     (angle(), angle(), phi_d, logarithms).prop_map(|(theta_h, theta_d, phi_d, logarithms)| {
-        let at = HalfDifference::from_angles(Angles {
-            theta_h,
-            theta_d,
-            phi_d,
-        });
+        let at = HalfDifference::from_angles(Angles::from_array([theta_h, theta_d, phi_d]));
         let [red, green, blue] = logarithms.map(f64::exp);
         [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue]
     })

@@ -306,9 +306,7 @@ fn recipe_reports_contents() {
             .map_or(0, |ridge| ridge.basis_checksum);
         let expected = Some(checksum).filter(|checksum| *checksum > 0);
         assert_eq!(recipe.basis_checksum(), expected);
-        let angles = recipe
-            .pattern()
-            .flat_map(|a| [a.theta_h, a.theta_d, a.phi_d]);
+        let angles = recipe.pattern().flat_map(|a| a.to_array());
         assert!(angles.eq(contents.pattern.directions));
         let directions = recipe
             .pattern()

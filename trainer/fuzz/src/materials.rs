@@ -6,7 +6,7 @@ use glimpse_core::file::HEADER_BYTES;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::linear::format::FORMAT;
 use glimpse_core::model::{NeuralParameters, ParameterSet};
-use glimpse_materials::basis::{Basis, angles_to_f64};
+use glimpse_materials::basis::Basis;
 use glimpse_materials::{Brdf, Format, PabSet, Source, to_nbrdf};
 
 use crate::support::{ANGLES, Folder, accepted};
@@ -105,6 +105,6 @@ pub(crate) fn check_basis(bytes: &[u8]) {
     for angles in ANGLES {
         let _ = reconstruction.brdf(&angles, 0.5);
         let _ = reconstruction.brdf_with_derivative(&angles);
-        let _ = basis.look_up(angles_to_f64(&angles));
+        let _ = basis.look_up(angles.map(f64::from));
     }
 }

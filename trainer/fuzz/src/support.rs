@@ -52,9 +52,5 @@ pub(crate) const ANGLES: [Angles<f32>; 6] = [
 ];
 
 const fn angles(theta_h: f32, theta_d: f32, phi_d: f32) -> Angles<f32> {
-    Angles {
-        theta_h,
-        theta_d,
-        phi_d,
-    }
+    Angles::from_array([theta_h, theta_d, phi_d])
 }

@@ -98,7 +98,7 @@ impl NotFinite {
     /// # Errors
     /// The first such channel.
     pub fn check(angles: Angles<f32>, brdf: [f32; 3]) -> Result<(), Self> {
-        let angles = [angles.theta_h, angles.theta_d, angles.phi_d].map(f32::to_degrees);
+        let angles = angles.to_array().map(f32::to_degrees);
         match brdf.into_iter().find(|value| !value.is_finite()) {
             Some(value) => Err(Self { value, angles }),
             None => Ok(()),

@@ -87,7 +87,7 @@ mod tests {
         let distinct: HashSet<[u32; 3]> = directions()
             .map(|angles| {
                 assert!(HalfDifference::from_angles(angles).is_valid());
-                [angles.theta_h, angles.theta_d, angles.phi_d].map(f32::to_bits)
+                angles.to_array().map(f32::to_bits)
             })
             .collect();
         assert_eq!(distinct.len(), 64);

@@ -401,11 +401,7 @@ pub(crate) fn table_directions(py: Python<'_>) -> PyResult<Bound<'_, PyArrayDyn<
 
 /// Returns the incoming and outgoing unit vectors of angles.
 pub(crate) fn directions_of(angles: &Angles<f32>) -> [[f64; 3]; 2] {
-    let angles = Angles {
-        theta_h: f64::from(angles.theta_h),
-        theta_d: f64::from(angles.theta_d),
-        phi_d: f64::from(angles.phi_d),
-    };
+    let angles = angles.map(f64::from);
     let pair = HalfDifference::from_angles(angles).directions();
     [pair.incoming, pair.outgoing]
 }

@@ -1,8 +1,9 @@
 //! Plans of scans: the order in which a machine's arms visit a recipe's samples.
 
+use glimpse_core::geometry::Arms;
 use glimpse_training::choice::Choice;
 use glimpse_training::recipe::RecipeFile;
-use glimpse_training::route::{Axes, PlanArgs, Route, SpeedArgs, blank_sheet};
+use glimpse_training::route::{PlanArgs, Route, SpeedArgs, axis_speeds, blank_sheet};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
@@ -11,10 +12,10 @@ use crate::error::{reject, to_exception};
 use crate::interruptible::run_detached;
 
 /// Parses degrees per second: one number for all axes, or one for each.
-pub(crate) fn parse_speeds(speeds: &Bound<'_, PyAny>) -> PyResult<Axes> {
+pub(crate) fn parse_speeds(speeds: &Bound<'_, PyAny>) -> PyResult<Arms<f64>> {
     let speeds = numbers(speeds, "speed_degrees_per_second")?;
     let speeds: Vec<f64> = speeds.iter().copied().collect();
-    match Axes::from_speeds(&speeds) {
+    match axis_speeds(&speeds) {
         Some(speeds) => Ok(speeds),
         None => reject(format!(
             "speed_degrees_per_second must be one number for all axes, or four, such as (20, 10, 20, 10), not {} \

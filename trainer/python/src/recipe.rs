@@ -8,7 +8,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_fitting::measurement::{MachineArgs, NamedRecipe, Readings};
 use glimpse_materials::basis::Basis;
 use glimpse_training::recipe::RecipeFile;
-use glimpse_training::route::{LimitArgs, PlanArgs, axes_from_angles};
+use glimpse_training::route::{LimitArgs, PlanArgs, arms_in_degrees};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
@@ -149,7 +149,7 @@ impl PyRecipe {
         let recipe = self.recipe();
         let flat = recipe
             .pattern()
-            .flat_map(|angles| axes_from_angles(angles).to_array());
+            .flat_map(|angles| arms_in_degrees(angles).to_array());
         array(py, &[recipe.samples(), 4], flat.collect())
     }
 
@@ -162,7 +162,7 @@ impl PyRecipe {
         let recipe = self.recipe();
         let flat = recipe
             .pattern()
-            .flat_map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d].map(f64::from));
+            .flat_map(|angles| angles.to_array().map(f64::from));
         array(py, &[recipe.samples(), 3], flat.collect())
     }
 

@@ -56,7 +56,7 @@ impl Reference {
         let table_loss = loss_between(&tabulated, material);
         let mut reference_values = Vec::new();
         for angles in coarse_directions() {
-            reference_values.extend([angles.theta_h, angles.theta_d, angles.phi_d]);
+            reference_values.extend(angles.to_array());
             reference_values.extend(material.at_angles(angles));
         }
         Self {

@@ -12,11 +12,8 @@ const EXACT: f64 = 3e-15;
 
 /// Angles in range. One direction may be below the horizon.
 fn angles() -> impl Strategy<Value = Angles<f64>> {
-    (0.0..FRAC_PI_2, 0.0..FRAC_PI_2, 0.0..TAU).prop_map(|(theta_h, theta_d, phi_d)| Angles {
-        theta_h,
-        theta_d,
-        phi_d,
-    })
+    (0.0..FRAC_PI_2, 0.0..FRAC_PI_2, 0.0..TAU)
+        .prop_map(|(theta_h, theta_d, phi_d)| Angles::from_array([theta_h, theta_d, phi_d]))
 }
 
 fn dot(a: Vector, b: Vector) -> f64 {
@@ -36,11 +33,7 @@ fn about_z(v: Vector, angle: f64) -> Vector {
 /// w_i and w_o by Rusinkiewicz's definition: the difference vector turned by theta_h about y, and its mirror image
 /// about the half vector.
 fn directions(angles: Angles<f64>) -> [Vector; 2] {
-    let Angles {
-        theta_h,
-        theta_d,
-        phi_d,
-    } = angles;
+    let [theta_h, theta_d, phi_d] = angles.to_array();
     let pole = [0.0, 0.0, 1.0];
     let half = about_y(pole, theta_h);
     let incoming = about_y(about_z(about_y(pole, theta_d), phi_d), theta_h);

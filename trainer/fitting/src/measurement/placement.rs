@@ -4,7 +4,6 @@ use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 use glimpse_core::geometry::Angles;
-use glimpse_materials::basis::angles_to_f64;
 
 use super::angles::above_horizon;
 use super::matching::{AngularDistance, IsotropicAngles};
@@ -59,7 +58,7 @@ impl Rows {
         pattern: impl Iterator<Item = Angles<f32>>,
     ) -> Result<Placement, TableError> {
         let directions: Vec<Angles<f32>> = pattern.collect();
-        let angles = directions.iter().map(angles_to_f64);
+        let angles = directions.iter().map(|angles| angles.map(f64::from));
         let angles: Vec<IsotropicAngles> = angles.map(IsotropicAngles::from_angles).collect();
         let mut of_rows = Vec::with_capacity(self.readings().len());
         let mut max_distance: Option<AngularDistance> = None;
@@ -98,7 +97,7 @@ impl Rows {
             let angles = above_horizon(angles).ok_or_else(|| {
                 error("a direction is not above the horizon; correct the row or remove it")
             })?;
-            let bits = [angles.theta_h, angles.theta_d, angles.phi_d].map(f32::to_bits);
+            let bits = angles.to_array().map(f32::to_bits);
             let sample = *known.entry(bits).or_insert(directions.len());
             if sample == directions.len() {
                 directions.push(angles);

@@ -3,7 +3,6 @@
 use glimpse_core::error::Error;
 use glimpse_core::geometry::{Angles, Directions};
 use glimpse_core::gonio::{Calibration, Footprint, Quantity, Reading, Repeated};
-use glimpse_materials::basis::angles_to_f64;
 use serde::{Deserialize, Serialize};
 
 use super::angles::to_directions;
@@ -187,7 +186,7 @@ impl CountCalibration {
         let sample = row.index.and_then(|index| directions.get(index));
         let angles = row
             .angles
-            .or_else(|| sample.map(angles_to_f64))
+            .or_else(|| sample.map(|angles| angles.map(f64::from)))
             .ok_or_else(|| rows.line_error(row.line, "the directions are missing; give them"))?;
         Ok((to_directions(angles), self.counts(row)?))
     }

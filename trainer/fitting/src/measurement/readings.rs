@@ -2,7 +2,6 @@
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Repeated;
-use glimpse_materials::basis::angles_to_f64;
 use glimpse_training::linear::{CoefficientPrior, LeftOut, PosteriorReading};
 use serde::Serialize;
 
@@ -166,7 +165,7 @@ impl Readings {
         let mut samples: Vec<SampleReading> = samples.collect();
         for (row, index) in rows.readings().iter().zip(&placement.of_rows) {
             let sample = &mut samples[*index];
-            let at = to_directions(row.angles.unwrap_or(angles_to_f64(&sample.angles)));
+            let at = to_directions(row.angles.unwrap_or(sample.angles.map(f64::from)));
             let bands = conversion.bands_to_brdf(row, *index, &at)?;
             sample.bands.resize(bands.len(), 0.0);
             for (sum, band) in sample.bands.iter_mut().zip(bands) {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::LossPrediction;
-use glimpse_materials::basis::{Basis, angles_to_f64};
+use glimpse_materials::basis::Basis;
 use glimpse_materials::{BasisFile, Brdf, FittedMaterial, Viewing};
 use serde::Serialize;
 
@@ -268,7 +268,7 @@ impl Fit {
         let posterior = &self.selection.posterior;
         let deviations = posterior.deviations(self.material.fitted(), readings.pattern());
         for (index, (sample, deviation)) in readings.samples.iter().zip(deviations).enumerate() {
-            let arms = IsotropicAngles::from_angles(angles_to_f64(&sample.angles));
+            let arms = IsotropicAngles::from_angles(sample.angles.map(f64::from));
             let phi = arms.phi.rem_euclid(std::f64::consts::TAU);
             let [theta_i, theta_o, phi] = [arms.theta_i, arms.theta_o, phi].map(f64::to_degrees);
             let spread = sample.coefficient_of_variation();

@@ -32,13 +32,3 @@ pub(crate) fn split_duals(duals: [AngleDual; 3]) -> ([f32; 3], [[f32; 3]; 3]) {
 pub(crate) fn finite_f32(value: f64) -> f32 {
     (value as f32).clamp(f32::MIN, f32::MAX)
 }
-
-/// Converts angles to f64.
-#[must_use]
-pub fn angles_to_f64(angles: &Angles<f32>) -> Angles<f64> {
-    Angles {
-        theta_h: f64::from(angles.theta_h),
-        theta_d: f64::from(angles.theta_d),
-        phi_d: f64::from(angles.phi_d),
-    }
-}

@@ -51,7 +51,7 @@ impl Grid {
     #[must_use]
     pub fn corners<S: RealScalar>(angles: Angles<S>) -> [Corner<S>; 8] {
         let last_node = |axis: usize| (NODES[axis] - 1) as f64;
-        let [h, d, p] = [angles.theta_h, angles.theta_d, angles.phi_d].map(S::value);
+        let [h, d, p] = angles.to_array().map(S::value);
         let root = (h / FRAC_PI_2).clamp(0.0, 1.0).sqrt();
         // The derivative is infinite at the pole, and is limited to a large value.
         let derivative_h = last_node(0) / (2.0 * root.max(1e-9) * FRAC_PI_2);

@@ -9,7 +9,7 @@ mod grid;
 mod nodes;
 mod table;
 
-pub use angles::{AngleDual, angles_of, angles_to_f64};
+pub use angles::{AngleDual, angles_of};
 pub(crate) use angles::{finite_f32, split_duals};
 pub use grid::{Corner, Grid};
 pub use table::{

@@ -23,11 +23,7 @@ impl Nodes {
         match self {
             Self::Whole => Grid::corners(angles),
             Self::Compact(nodes) => {
-                let at = HalfDifference::from_angles(Angles {
-                    theta_h: angles.theta_h as f32,
-                    theta_d: angles.theta_d as f32,
-                    phi_d: angles.phi_d as f32,
-                });
+                let at = HalfDifference::from_angles(angles.map(|angle| angle as f32));
                 nodes
                     .corners(&at)
                     .map(|corner| (corner.node, f64::from(corner.weight)))
@@ -49,12 +45,8 @@ impl Nodes {
             .to_vec();
         for axis in 0..3 {
             for sign in [-1.0, 1.0] {
-                let step = |angle: AngleDual| angle.value + angle.tangent[axis] * sign * 0.5 * STEP;
-                let moved = Angles {
-                    theta_h: step(variables.theta_h),
-                    theta_d: step(variables.theta_d),
-                    phi_d: step(variables.phi_d),
-                };
+                let moved =
+                    variables.map(|angle| angle.value + angle.tangent[axis] * sign * 0.5 * STEP);
                 corners.extend(self.corners(moved).map(|(node, value)| {
                     let mut weight = AngleDual::from_value(0.0);
                     weight.tangent[axis] = sign * value / STEP;

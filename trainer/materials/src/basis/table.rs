@@ -13,7 +13,7 @@ use glimpse_core::model::linear::{self, Basis as CompactBasis, EPSILON, unmap};
 use glimpse_core::numeric::Scalar;
 use rayon::prelude::*;
 
-use super::angles::{AngleDual, angles_to_f64};
+use super::angles::AngleDual;
 use super::grid::{Corner, Grid};
 use super::nodes::Nodes;
 use crate::untrusted::read_at_most;
@@ -404,7 +404,7 @@ impl Reconstruction {
     /// cos(theta_o).
     #[must_use]
     pub fn brdf(&self, angles: &Angles<f32>, weight: f64) -> [f32; 3] {
-        let (mapped, log_median) = self.interpolate(self.nodes.corners(angles_to_f64(angles)));
+        let (mapped, log_median) = self.interpolate(self.nodes.corners(angles.map(f64::from)));
         mapped.map(|mapped| unmap(mapped + log_median - EPSILON.ln(), weight) as f32)
     }
 
@@ -412,7 +412,7 @@ impl Reconstruction {
     /// and phi_d.
     #[must_use]
     pub fn brdf_with_derivative(&self, angles: &Angles<f32>) -> [AngleDual; 3] {
-        let angles = angles_to_f64(angles);
+        let angles = angles.map(f64::from);
         let (mapped, log_median) = self.interpolate(self.nodes.corners_with_derivatives(angles));
         let at = HalfDifference::from_angles(AngleDual::variables(angles));
         let weight = at.cos_theta_i() * at.cos_theta_o();

@@ -61,11 +61,8 @@ mod tests {
         let midpoint = |index: usize| (index as f64 + 0.5) / SIDE as f64;
         let grid_points: Vec<Angles<f32>> = (0..SIDE.pow(3))
             .map(|i| [i / SIDE / SIDE, i / SIDE % SIDE, i % SIDE].map(midpoint))
-            .map(|[h, d, p]| Angles {
-                theta_h: (FRAC_PI_2 * h) as f32,
-                theta_d: (FRAC_PI_2 * d) as f32,
-                phi_d: (TAU * p) as f32,
-            })
+            .map(|[h, d, p]| Angles::from_array([FRAC_PI_2 * h, FRAC_PI_2 * d, TAU * p]))
+            .map(|angles| angles.map(|angle| angle as f32))
             .filter(|angles| HalfDifference::from_angles(*angles).is_valid())
             .collect();
         for box_sizes in [
@@ -78,7 +75,7 @@ mod tests {
             let limits = [FRAC_PI_2 * h, FRAC_PI_2 * d, TAU * p];
             let fraction = |all: &[Angles<f32>]| {
                 let is_inside = |at: &&Angles<f32>| {
-                    let angles = [at.theta_h, at.theta_d, at.phi_d];
+                    let angles = at.to_array();
                     angles
                         .iter()
                         .zip(limits)

@@ -1,7 +1,7 @@
 //! Tests of the procedural materials.
 
 use super::*;
-use crate::basis::{AngleDual, angles_to_f64};
+use crate::basis::AngleDual;
 use crate::sampling::uniform_valid;
 
 #[test]
@@ -9,7 +9,7 @@ fn f32_is_close_to_f64() {
     let [mut max_error, mut max_derivative_error] = [0.0_f64; 2];
     for material in Procedural::set(60, 4) {
         for angles in uniform_valid(100, 10) {
-            let at = HalfDifference::from_angles(AngleDual::variables(angles_to_f64(&angles)));
+            let at = HalfDifference::from_angles(AngleDual::variables(angles.map(f64::from)));
             let duals = material.evaluate(&at);
             let (exact, exact_derivative) = Dual::split(duals);
             let (with_derivative, derivative) = material.with_derivatives(&[angles])[0];
@@ -35,7 +35,8 @@ fn f32_is_close_to_f64() {
 #[test]
 fn materials_are_reciprocal_isotropic_and_positive() {
     for material in Procedural::set(60, 5) {
-        for angles in uniform_valid(100, 11).iter().map(angles_to_f64) {
+        for angles in uniform_valid(100, 11) {
+            let angles = angles.map(f64::from);
             let brdf = material.evaluate(&HalfDifference::from_angles(angles));
             let exchanged = Angles {
                 phi_d: angles.phi_d + PI,

@@ -83,13 +83,9 @@ fn invert_distribution(densities: impl Iterator<Item = f64> + Clone, point: f32)
 
 /// Returns the angles at a position within a cell, each coordinate in \[0, 1\].
 fn angles(cell: [usize; 3], within: [f32; 3]) -> Angles<f32> {
-    let [theta_h, theta_d, phi_d] =
-        [0, 1, 2].map(|axis| RANGE[axis] * (cell[axis] as f32 + within[axis]) / CELLS[axis] as f32);
-    Angles {
-        theta_h,
-        theta_d,
-        phi_d,
-    }
+    Angles::from_array(
+        [0, 1, 2].map(|axis| RANGE[axis] * (cell[axis] as f32 + within[axis]) / CELLS[axis] as f32),
+    )
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 use glimpse_kernels::Dual;
 use glimpse_materials::Material;
-use glimpse_materials::basis::{AngleDual, angles_to_f64};
+use glimpse_materials::basis::AngleDual;
 use glimpse_materials::sampling::uniform_valid;
 
 use crate::network;
@@ -20,7 +20,7 @@ fn network_derivatives_match_f64() {
         let angles = uniform_valid(100, seed);
         let results = network.with_derivatives(&angles);
         for (angles, (values, derivative)) in angles.into_iter().zip(results) {
-            let at = HalfDifference::from_angles(Dual::variables(angles_to_f64(&angles)));
+            let at = HalfDifference::from_angles(Dual::variables(angles.map(f64::from)));
             let (expected_values, expected) = Dual::split(Neural::brdf::<AngleDual>(&weights, &at));
             let actual = values.iter().chain(derivative.as_flattened());
             let expected = expected_values.iter().chain(expected.as_flattened());

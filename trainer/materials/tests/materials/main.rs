@@ -55,10 +55,6 @@ fn with_derivative(material: &dyn Material, angles: Angles<f32>) -> BrdfWithDeri
 }
 
 /// Converts angles in radians from f64.
-fn angles([theta_h, theta_d, phi_d]: [f64; 3]) -> Angles<f32> {
-    Angles {
-        theta_h: theta_h as f32,
-        theta_d: theta_d as f32,
-        phi_d: phi_d as f32,
-    }
+fn angles(radians: [f64; 3]) -> Angles<f32> {
+    Angles::from_array(radians).map(|angle| angle as f32)
 }

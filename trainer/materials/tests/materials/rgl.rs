@@ -3,7 +3,6 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Format, Material, Procedural};
 
@@ -162,7 +161,7 @@ fn lookups_match_the_formula() {
         let brdf = material.at_angles(angles);
         assert_eq!(brdf, two_phi_i.at_angles(angles));
         // The formula in f64, at the angles rounded to f32.
-        let at = HalfDifference::from_angles(angles_to_f64(&angles));
+        let at = HalfDifference::from_angles(angles.map(f64::from));
         let directions = at.directions();
         let theta_i = directions.incoming[2].acos();
         let azimuth = |[x, y, _]: [f64; 3]| y.atan2(x);

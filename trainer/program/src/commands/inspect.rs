@@ -12,7 +12,7 @@ use glimpse_materials::setting::Name;
 use glimpse_training::meta::options::TrainingOptions;
 use glimpse_training::meta::tasks::task::Noise;
 use glimpse_training::recipe::{Metadata, MetadataError};
-use glimpse_training::route::{Order, Route, axes_from_angles};
+use glimpse_training::route::{Order, Route, arms_in_degrees};
 
 use super::expected_loss::expected_loss;
 use super::limits::describe;
@@ -51,7 +51,7 @@ impl Inspect {
             text += "\nsample  theta_h  theta_d    phi_d  theta_i    phi_i  theta_o    phi_o  (degrees)\n";
         }
         for (index, angles) in recipe.pattern().enumerate() {
-            let [theta_i, phi_i, theta_o, phi_o] = axes_from_angles(angles).to_array();
+            let [theta_i, phi_i, theta_o, phi_o] = arms_in_degrees(angles).to_array();
             text += &format!(
                 "{index:6} {:8.2} {:8.2} {:8.2} {theta_i:8.2} {phi_i:8.2} {theta_o:8.2} {phi_o:8.2}\n",
                 angles.theta_h.to_degrees(),

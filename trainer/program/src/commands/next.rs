@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
+use glimpse_core::geometry::Arms;
 use glimpse_fitting::measurement::{MachineArgs, NamedRecipe};
 use glimpse_training::linear::{Posterior, Proposal};
-use glimpse_training::route::{Axes, axes_from_angles, blank_directions};
+use glimpse_training::route::{arms_in_degrees, blank_directions};
 use serde::Serialize;
 
 use super::fit::options::ReadingArgs;
@@ -210,9 +211,9 @@ fn appended(path: &Path, sheet: &str) -> anyhow::Result<String> {
 }
 
 /// Returns the position of the arms in degrees, with the light at the azimuth 0: only the difference matters.
-fn position_of(proposal: &Proposal) -> Axes {
-    let arms = axes_from_angles(proposal.angles);
-    Axes {
+fn position_of(proposal: &Proposal) -> Arms<f64> {
+    let arms = arms_in_degrees(proposal.angles);
+    Arms {
         phi_i: 0.0,
         phi_o: (arms.phi_o - arms.phi_i).rem_euclid(360.0),
         ..arms

@@ -7,7 +7,7 @@ use std::str::FromStr;
 use std::thread::available_parallelism;
 
 use clap::{Arg, Command};
-use glimpse_training::route::Axes;
+use glimpse_core::geometry::Arms;
 
 /// Maximum number of threads on machines with fewer cores. All threads take part in every parallel loop, and
 /// thousands of them mostly wait for each other.
@@ -23,7 +23,7 @@ pub(crate) fn with_negative_values(command: Command) -> Command {
         TypeId::of::<f32>(),
         TypeId::of::<f64>(),
         TypeId::of::<[f32; 3]>(),
-        TypeId::of::<Axes>(),
+        TypeId::of::<Arms<f64>>(),
     ];
     let takes_number = |arg: &Arg| {
         let value_type = arg.get_value_parser().type_id();

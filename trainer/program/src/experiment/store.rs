@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, bail};
 use glimpse_core::fit::Estimator;
-use glimpse_core::geometry::Angles;
+use glimpse_core::geometry::{Angles, Arms};
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_evaluation::evaluation::{
@@ -29,7 +29,7 @@ use glimpse_training::meta::options::{
 use glimpse_training::meta::outer::Checkpoints;
 use glimpse_training::meta::run::INNER_STEPS;
 use glimpse_training::recipe::RecipeFile;
-use glimpse_training::route::{Axes, Machine, Position, SpeedArgs};
+use glimpse_training::route::{Machine, Position, SpeedArgs};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -235,7 +235,7 @@ impl<'a> Store<'a> {
         if let Variation::Within(seconds) = training.variation {
             options.scan_seconds = Some(f64::from(seconds));
             options.speeds = SpeedArgs {
-                speed: Some(Axes::from_array([MOTION_SPEED; 4])),
+                speed: Some(Arms::from_array([MOTION_SPEED; 4])),
                 settle: Some(0.0),
             };
         }

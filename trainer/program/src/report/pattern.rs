@@ -43,16 +43,9 @@ const SHAPES: &str = ".plot .hand{stroke-width:1.5}.plot .out{opacity:0.35}";
 /// Samples with an angle that is not finite are left out.
 #[must_use]
 pub fn pattern_svg(angles: &[Angles<f32>]) -> String {
-    let finite = angles.iter().enumerate().filter(|(_, angles)| {
-        let Angles {
-            theta_h,
-            theta_d,
-            phi_d,
-        } = angles;
-        [theta_h, theta_d, phi_d]
-            .iter()
-            .all(|angle| angle.is_finite())
-    });
+    let finite = angles.iter().enumerate();
+    let finite =
+        finite.filter(|(_, angles)| angles.to_array().iter().all(|angle| angle.is_finite()));
     let samples: Vec<DrawnSample> = finite
         .map(|(index, angles)| DrawnSample::new(index, angles))
         .collect();

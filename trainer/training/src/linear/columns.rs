@@ -46,11 +46,8 @@ impl Columns {
                 let direction = HalfDifference::from_angles(angles);
                 let weight = direction.cos_theta_i().max(0.0) * direction.cos_theta_o().max(0.0);
                 let half_difference = |phi_d: f64| {
-                    HalfDifference::from_angles(Angles {
-                        theta_h: angles.theta_h as f32,
-                        theta_d: angles.theta_d as f32,
-                        phi_d: phi_d as f32,
-                    })
+                    let angles = Angles { phi_d, ..angles };
+                    HalfDifference::from_angles(angles.map(|angle| angle as f32))
                 };
                 let opposite = angles.phi_d + std::f64::consts::PI;
                 (

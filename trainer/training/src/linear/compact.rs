@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::Nodes;
 use glimpse_core::model::linear::format::FORMAT;
-use glimpse_materials::basis::{Basis, angles_to_f64};
+use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::uniform_valid;
 use rayon::prelude::*;
 
@@ -69,7 +69,7 @@ fn columns_at_nodes(basis: &Basis, components: usize, nodes: Nodes) -> Vec<Vec<f
 
     let values: Vec<Vec<f32>> = angles
         .par_iter()
-        .map(|angles| symmetrized(basis, &angles_to_f64(angles), components))
+        .map(|angles| symmetrized(basis, &angles.map(f64::from), components))
         .collect();
     (0..=components)
         .into_par_iter()

@@ -5,7 +5,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::{map, unmap};
 use glimpse_core::numeric::Matrix;
 use glimpse_kernels::Dual;
-use glimpse_materials::basis::{Basis, angles_to_f64};
+use glimpse_materials::basis::Basis;
 
 /// A number with its derivatives with respect to the three angles of its direction.
 pub type AngleDual = Dual<f32, 3>;
@@ -45,7 +45,7 @@ impl ComponentsAt {
         };
         let single = |slopes: [f64; 3]| slopes.map(|slope| slope as f32);
         for angles in &at.angles {
-            let entry = basis.look_up(angles_to_f64(angles));
+            let entry = basis.look_up(angles.map(f64::from));
             let [mean, derivatives @ ..] = entry.center();
             at.mean.push(Dual {
                 value: mean as f32,

@@ -80,11 +80,8 @@ fn mapped_brdf(material: &dyn Material, angles: Angles<f64>) -> [f64; 3] {
         PI - angles.phi_d,
         PI + angles.phi_d,
     ] {
-        let brdf = material.at_angles(Angles {
-            theta_h: angles.theta_h as f32,
-            theta_d: angles.theta_d as f32,
-            phi_d: phi_d as f32,
-        });
+        let angles = Angles { phi_d, ..angles };
+        let brdf = material.at_angles(angles.map(|angle| angle as f32));
         for (sum, value) in sum.iter_mut().zip(brdf) {
             let value = if value.is_finite() {
                 value.max(0.0)
@@ -114,16 +111,8 @@ mod tests {
         };
         for node in 0..9 * 8 * 5 {
             let indices = [node / 40, node / 5 % 8, node % 5];
-            let Angles {
-                theta_h,
-                theta_d,
-                phi_d,
-            } = angles_at(nodes, indices);
-            let direction = HalfDifference::from_angles(Angles {
-                theta_h: theta_h as f32,
-                theta_d: theta_d as f32,
-                phi_d: phi_d as f32,
-            });
+            let angles = angles_at(nodes, indices).map(|angle| angle as f32);
+            let direction = HalfDifference::from_angles(angles);
             // Skip light or sensor at the horizon, and nodes at which phi_d has no effect.
             if node / 40 == 0
                 || node / 5 % 8 == 0

@@ -27,11 +27,7 @@ pub fn angles_within(logits: [f32; 3], limits: &Limits) -> Angles<f32> {
         true if logits[2] > 0.0 => RANGE[2],
         true => 0.0,
     };
-    Angles {
-        theta_h,
-        theta_d,
-        phi_d,
-    }
+    Angles::from_array([theta_h, theta_d, phi_d])
 }
 
 /// Returns the minima of theta_h, theta_d and phi_d within limits. The separation of light and sensor is 2 theta_d.
@@ -56,7 +52,7 @@ pub fn logits_from_angles(angles: Angles<f32>) -> [f32; 3] {
 /// Converts angles within the limits of a goniometer to logits, like [`logits_from_angles`].
 #[must_use]
 pub fn logits_from_reachable(angles: Angles<f32>, limits: &Limits) -> [f32; 3] {
-    let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
+    let angles = angles.to_array();
     let min = min_angles(limits);
     [0, 1, 2].map(|i| {
         let share = (angles[i] - min[i]) / (RANGE[i] - min[i]);
@@ -231,7 +227,7 @@ impl Pattern {
     #[must_use]
     pub fn by_logits(&self, index: usize, by_angles: [f32; 3]) -> [f32; 3] {
         let angles = self.angles[index];
-        let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
+        let angles = angles.to_array();
         let min = min_angles(&self.limits);
         std::array::from_fn(|i| {
             if i == 2 && self.limits.in_plane {

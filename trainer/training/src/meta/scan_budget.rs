@@ -6,12 +6,11 @@
 
 use glimpse_core::geometry::Angles;
 use glimpse_kernels::Dual;
-use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::setting::Name;
 
 use super::options::TrainingOptions;
 use super::pattern::{Pattern, logits_from_reachable, reachable_angles};
-use crate::route::{Axes, Machine, Order, Route, Stop, axes_from_angles, move_seconds};
+use crate::route::{Machine, Order, Route, Stop, arms_at, arms_in_degrees, move_seconds};
 
 /// A budget that no pattern keeps.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -141,8 +140,8 @@ impl Motion {
         let start = self.machine.axis_seconds(&Machine::START);
         let mut from = start.map(Dual::from_value);
         for (index, angles) in angles.iter().enumerate() {
-            let variables = Dual::<f64, 3>::variables(angles_to_f64(angles));
-            let to = self.machine.axis_seconds(&Axes::from_angles(variables));
+            let variables = Dual::<f64, 3>::variables(angles.map(f64::from));
+            let to = self.machine.axis_seconds(&arms_at(variables));
             let widened = |duals: [Dual<f64, 3>; 3], first| duals.map(|dual| widen(dual, first));
             let seconds = move_seconds(turn, &widened(from, 0), &widened(to, 3));
             time.seconds += seconds.value;
@@ -189,7 +188,7 @@ impl Motion {
         let angles = reachable_angles(logits, &self.machine.limits);
         let stop = |(index, angles): (usize, &Angles<f32>)| Stop {
             index,
-            arms: axes_from_angles(*angles),
+            arms: arms_in_degrees(*angles),
         };
         let stops: Vec<Stop> = angles.iter().enumerate().map(stop).collect();
         let route = match thorough {
@@ -233,12 +232,11 @@ impl Motion {
                 let norm = slopes.iter().map(|slope| slope * slope).sum::<f32>().sqrt();
                 if norm > 0.0 {
                     let step = SHORTENING / norm;
-                    let shorter = Angles {
-                        theta_h: angles.theta_h - step * slopes[0],
-                        theta_d: angles.theta_d - step * slopes[1],
-                        phi_d: angles.phi_d - step * slopes[2],
-                    };
-                    *logits = logits_from_reachable(shorter, &limits);
+                    let mut shorter = angles.to_array();
+                    for (angle, slope) in shorter.iter_mut().zip(slopes) {
+                        *angle -= step * slope;
+                    }
+                    *logits = logits_from_reachable(Angles::from_array(shorter), &limits);
                 }
             }
         }

@@ -38,9 +38,7 @@ impl RecipeFile {
         };
         let list = |floats: Floats<'_>| floats.iter().collect::<Vec<f32>>();
         let bounded = |precision| floats(&bounded_precision(&at.rows, &list(precision)));
-        let triples = directions
-            .iter()
-            .map(|at| [at.theta_h, at.theta_d, at.phi_d]);
+        let triples = directions.iter().map(|at| at.to_array());
         let triples = floats(triples.collect::<Vec<_>>().as_flattened());
         let (center, rows) = (floats(&at.means()), floats(&at.rows));
         let [precision, difference] = [ridge.precision, ridge.difference_precision].map(bounded);

@@ -38,7 +38,7 @@ impl Arena {
 
     fn angles(&self, angles: &[Angles<f32>]) -> Floats<'_> {
         let triples = angles.iter();
-        let numbers = triples.flat_map(|each| [each.theta_h, each.theta_d, each.phi_d]);
+        let numbers = triples.flat_map(|each| each.to_array());
         self.floats(&numbers.collect::<Vec<_>>())
     }
 

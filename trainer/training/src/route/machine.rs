@@ -2,11 +2,12 @@
 
 use std::ops::RangeInclusive;
 
+use glimpse_core::geometry::Arms;
 use glimpse_core::gonio::Limits;
 use glimpse_kernels::dual::RealScalar;
 use glimpse_materials::setting::Name;
 
-use super::axes::{Axes, wrapped};
+use super::arms::wrapped;
 
 /// A machine with two arms.
 ///
@@ -27,7 +28,7 @@ use super::axes::{Axes, wrapped};
 pub struct Machine {
     /// The axis speeds in degrees per second, 0.001 to 1,000,000. One azimuth may have the speed 0, which means that the
     /// machine lacks that axis.
-    pub speeds: Axes,
+    pub speeds: Arms<f64>,
     /// The time to settle and to read at each sample, in seconds, 0 to 86,400.
     pub settle: f64,
     /// The limits of the arms.
@@ -41,7 +42,7 @@ impl Default for Machine {
     /// 10 degrees per second for each axis, 0.5 s at each sample, no limits, and full turns.
     fn default() -> Self {
         Self {
-            speeds: Axes::from_array([10.0; 4]),
+            speeds: Arms::from_array([10.0; 4]),
             settle: 0.5,
             limits: Limits::NONE,
             full_turns: true,
@@ -122,7 +123,7 @@ pub(crate) fn move_seconds<S: RealScalar>(
 
 impl Machine {
     /// The position at the start of a scan, in degrees: both arms along the normal, with opposite azimuths.
-    pub const START: Axes = Axes {
+    pub const START: Arms<f64> = Arms {
         theta_i: 0.0,
         phi_i: 0.0,
         theta_o: 0.0,
@@ -135,7 +136,7 @@ impl Machine {
     /// The first field that is out of range, and its value.
     pub fn validate(&self) -> Result<(), MachineError> {
         self.limits.validate()?;
-        for (axis, value) in Axes::NAMES.into_iter().zip(self.speeds.to_array()) {
+        for (axis, value) in Arms::NAMES.into_iter().zip(self.speeds.to_array()) {
             let is_absent = axis.starts_with("phi") && value == 0.0;
             if !(SPEEDS.contains(&value) || is_absent) {
                 return Err(MachineError::Speed { axis, value });
@@ -152,7 +153,7 @@ impl Machine {
 
     /// Converts a position to the seconds that each axis takes from 0: theta_i, theta_o, and the difference of the
     /// azimuths, wrapped to -180 to 180 degrees.
-    pub(crate) fn axis_seconds<S: RealScalar>(&self, arms: &Axes<S>) -> AxisSeconds<S> {
+    pub(crate) fn axis_seconds<S: RealScalar>(&self, arms: &Arms<S>) -> AxisSeconds<S> {
         let speeds = &self.speeds;
         [
             (arms.theta_i, speeds.theta_i),
@@ -176,15 +177,15 @@ impl Machine {
     /// Returns the axis positions after a move, in degrees. `from` and `to` are poses with azimuths modulo a full turn.
     /// `position` holds the axis positions at `from` with all turns.
     #[must_use]
-    pub fn arrival(&self, position: &Axes, from: &Axes, to: &Axes) -> Axes {
+    pub fn arrival(&self, position: &Arms<f64>, from: &Arms<f64>, to: &Arms<f64>) -> Arms<f64> {
         let shorter_way = |change: f64| match self.full_turns {
             true => wrapped(change),
             false => change,
         };
-        let difference = |arms: &Axes| wrapped(arms.phi_o - arms.phi_i);
+        let difference = |arms: &Arms<f64>| wrapped(arms.phi_o - arms.phi_i);
         let change = shorter_way(difference(to) - difference(from));
         let change_i = -change * self.speeds.phi_i / (self.speeds.phi_i + self.speeds.phi_o);
-        Axes {
+        Arms {
             theta_i: to.theta_i,
             phi_i: position.phi_i + change_i,
             theta_o: to.theta_o,

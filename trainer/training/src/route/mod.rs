@@ -9,7 +9,7 @@
 //! A device's [`glimpse_core::gonio::Machine`] has the same travel times and azimuths, but always moves to the nearest
 //! sample. The fastest order has to be planned before the scan.
 
-mod axes;
+mod arms;
 mod machine;
 mod position;
 mod request;
@@ -20,7 +20,8 @@ mod stop;
 mod tests;
 mod visit;
 
-pub use axes::{Axes, axes_from_angles};
+pub(crate) use arms::arms_at;
+pub use arms::{arms_in_degrees, axis_speeds};
 pub(crate) use machine::move_seconds;
 pub use machine::{Machine, MachineError};
 pub use position::Position;

@@ -2,7 +2,7 @@
 
 use glimpse_core::geometry::Angles;
 
-use super::axes::axes_from_angles;
+use super::arms::arms_in_degrees;
 use super::machine::{AxisSeconds, Machine, move_seconds};
 
 /// The shortest time of a reading, in seconds.
@@ -28,7 +28,7 @@ impl Position {
     /// Returns the time to move to a direction and to read there, in seconds, at least 0.001.
     #[must_use]
     pub fn seconds_to(&self, angles: Angles<f32>) -> f64 {
-        let to = self.machine.axis_seconds(&axes_from_angles(angles));
+        let to = self.machine.axis_seconds(&arms_in_degrees(angles));
         let seconds = move_seconds(self.machine.turn_seconds(), &self.at, &to);
         (seconds + self.machine.settle).max(MIN_SECONDS)
     }
@@ -36,7 +36,7 @@ impl Position {
     /// Moves to a direction. Returns the time to move and to read, in seconds.
     pub fn move_to(&mut self, angles: Angles<f32>) -> f64 {
         let seconds = self.seconds_to(angles);
-        self.at = self.machine.axis_seconds(&axes_from_angles(angles));
+        self.at = self.machine.axis_seconds(&arms_in_degrees(angles));
         seconds
     }
 }

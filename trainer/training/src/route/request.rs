@@ -1,12 +1,13 @@
 //! A request for a plan, with the options of `trainer plan`.
 
 use clap::Args;
+use glimpse_core::geometry::Arms;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::setting::Name;
 use serde::{Deserialize, Serialize};
 
-use super::axes::Axes;
+use super::arms::axis_speeds;
 use super::machine::{Machine, MachineError};
 use super::stop::{OutOfReach, stops};
 use super::visit::{Order, Route};
@@ -87,7 +88,7 @@ pub struct SpeedArgs {
     /// machine does not have [default: the recipe's, or else 10]
     #[arg(long, value_name = "DEGREES/S", value_parser = speeds)]
     #[serde(rename = "speed_degrees_per_second")]
-    pub speed: Option<Axes>,
+    pub speed: Option<Arms<f64>>,
     /// Seconds for settling and reading at each sample, 0 to 86,400 [default: the recipe's, or else 0.5]
     #[arg(long, value_name = "SECONDS")]
     #[serde(rename = "settle_seconds")]
@@ -176,8 +177,8 @@ fn list(text: &str) -> Option<Vec<f64>> {
 }
 
 /// Parses one speed for all axes, or four speeds.
-fn speeds(text: &str) -> Result<Axes, &'static str> {
-    list(text).and_then(|speeds| Axes::from_speeds(&speeds)).ok_or(
+fn speeds(text: &str) -> Result<Arms<f64>, &'static str> {
+    list(text).and_then(|speeds| axis_speeds(&speeds)).ok_or(
         "give one number for all axes, or four numbers such as 20,10,20,10, in degrees per second",
     )
 }

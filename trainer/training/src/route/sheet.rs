@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
+use glimpse_core::geometry::Arms;
 use serde_json::{Value, json};
 
-use super::axes::Axes;
 use super::machine::Machine;
 use super::visit::{Route, Visit};
 
@@ -13,7 +13,7 @@ fn round(angle: f64) -> f64 {
     (1e4 * angle).round() / 1e4 + 0.0
 }
 
-fn csv_angles(arms: &Axes) -> String {
+fn csv_angles(arms: &Arms<f64>) -> String {
     arms.to_array()
         .map(|angle| format!("{:.4}", round(angle)))
         .join(",")
@@ -22,7 +22,7 @@ fn csv_angles(arms: &Axes) -> String {
 /// Returns CSV with one row per visit. `header` names the columns after the angles, and `last_cells` returns their
 /// cells.
 fn csv_rows(header: &str, visits: &[Visit], last_cells: impl Fn(&Visit) -> String) -> String {
-    let mut csv = format!("index,{},{header}\n", Axes::NAMES.join(","));
+    let mut csv = format!("index,{},{header}\n", Arms::NAMES.join(","));
     for visit in visits {
         // Writing to a string cannot fail.
         let _ = writeln!(
@@ -45,13 +45,13 @@ pub fn blank_sheet(visits: &[Visit]) -> String {
 
 /// Returns a CSV sheet for readings at any directions, `theta_i,phi_i,theta_o,phi_o,r,g,b`, with positions in degrees.
 #[must_use]
-pub fn blank_directions(positions: &[Axes]) -> String {
+pub fn blank_directions(positions: &[Arms<f64>]) -> String {
     let rows = positions
         .iter()
         .map(|arms| format!("{},,,\n", csv_angles(arms)));
     format!(
         "{},r,g,b\n{}",
-        Axes::NAMES.join(","),
+        Arms::NAMES.join(","),
         rows.collect::<String>()
     )
 }
@@ -70,8 +70,8 @@ impl Route {
     /// degrees, times in seconds.
     #[must_use]
     pub fn to_json(&self, machine: &Machine) -> Value {
-        let axes = |axes: &Axes| -> Value {
-            let named = Axes::NAMES.into_iter().zip(axes.to_array());
+        let axes = |axes: &Arms<f64>| -> Value {
+            let named = Arms::NAMES.into_iter().zip(axes.to_array());
             named
                 .map(|(name, value)| (name.to_owned(), json!(round(value))))
                 .collect()

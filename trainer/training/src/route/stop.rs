@@ -1,10 +1,11 @@
 //! Positions of the arms for each sample of a recipe.
 
 use glimpse_core::error::Error;
+use glimpse_core::geometry::Arms;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::Recipe;
 
-use super::axes::{Axes, axes_from_angles};
+use super::arms::arms_in_degrees;
 
 /// A sample and the position in which it is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,7 +13,7 @@ pub struct Stop {
     /// The sample's index in the recipe's pattern, from 0.
     pub index: usize,
     /// The directions of the arms in degrees: polar angles of 0 to 90, azimuths of -180 to 180.
-    pub arms: Axes,
+    pub arms: Arms<f64>,
 }
 
 /// A sample that a machine cannot reach.
@@ -25,7 +26,7 @@ pub struct OutOfReach {
     /// The sample's index in the recipe's pattern, from 0.
     pub index: usize,
     /// The directions of the arms for this sample, in degrees.
-    pub arms: Axes,
+    pub arms: Arms<f64>,
     /// The limit that is exceeded, and by how much.
     pub reason: Error,
 }
@@ -38,7 +39,7 @@ pub fn stops(recipe: &Recipe<'_>, limits: &Limits) -> Result<Vec<Stop>, Vec<OutO
     let mut stops = Vec::new();
     let mut unreachable = Vec::new();
     for (angles, (index, directions)) in recipe.pattern().zip(recipe.directions()) {
-        let (index, arms) = (usize::from(index), axes_from_angles(angles));
+        let (index, arms) = (usize::from(index), arms_in_degrees(angles));
         match limits.check(&directions) {
             Ok(()) => stops.push(Stop { index, arms }),
             Err(reason) => unreachable.push(OutOfReach {

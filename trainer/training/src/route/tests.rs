@@ -12,7 +12,7 @@ fn random_stops(count: usize, random: &mut ChaCha8Rng) -> Vec<Stop> {
     let mut draw = |min: f64, max: f64| random.random_range(min..max);
     let stop = |index| Stop {
         index,
-        arms: Axes::from_array([
+        arms: Arms::from_array([
             draw(0.0, 90.0),
             draw(-180.0, 180.0),
             draw(0.0, 90.0),
@@ -30,7 +30,7 @@ const AZIMUTH_SPEED: f64 = 19.0;
 fn machines() -> [Machine; 3] {
     [(true, AZIMUTH_SPEED), (false, AZIMUTH_SPEED), (true, 0.0)].map(|(full_turns, phi_i)| {
         Machine {
-            speeds: Axes::from_array([7.0, phi_i, 11.0, 25.0]),
+            speeds: Arms::from_array([7.0, phi_i, 11.0, 25.0]),
             full_turns,
             ..Machine::default()
         }
@@ -96,10 +96,7 @@ fn azimuth_distance(one: f64, other: f64) -> f64 {
 #[test]
 fn agrees_with_device_implementation() {
     let mut random = ChaCha8Rng::seed_from_u64(4);
-    let radians = |axes: &Axes| {
-        let radians = axes.to_array().map(f64::to_radians);
-        Arms::from_array(radians.map(|angle| angle as f32))
-    };
+    let radians = |arms: &Arms<f64>| arms.map(|degrees| degrees.to_radians() as f32);
     for machine in machines().into_iter().filter(|machine| machine.full_turns) {
         let device = gonio::Machine {
             speeds: radians(&machine.speeds),
@@ -143,7 +140,7 @@ fn axis_positions_match_sample_directions() {
                 (visit.arms.theta_i, visit.arms.theta_o),
                 (expected.theta_i, expected.theta_o)
             );
-            let difference = |arms: &Axes| arms.phi_o - arms.phi_i;
+            let difference = |arms: &Arms<f64>| arms.phi_o - arms.phi_i;
             assert!(azimuth_distance(difference(&visit.arms), difference(&expected)) < 1e-9);
             if machine.speeds.phi_i == 0.0 {
                 assert_eq!(visit.arms.phi_i, Machine::START.phi_i);

@@ -1,9 +1,9 @@
 //! A route: the visits of all samples, in order and with times.
 
+use glimpse_core::geometry::Arms;
 use glimpse_core::recipe::Recipe;
 use serde::Serialize;
 
-use super::axes::Axes;
 use super::machine::Machine;
 use super::search::{self, Effort, Points};
 use super::stop::{Stop, stops};
@@ -36,7 +36,7 @@ pub struct Visit {
     pub index: usize,
     /// The axis positions in degrees. Azimuths continue from the start position, and may leave the range -180 to 180 if
     /// the machine makes full turns.
-    pub arms: Axes,
+    pub arms: Arms<f64>,
     /// The time when the sample has been read and the arms may move on, in seconds after the start.
     pub seconds: f64,
 }

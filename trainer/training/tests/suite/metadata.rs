@@ -1,12 +1,12 @@
 //! The metadata of a recipe: a round trip, and errors of damaged ones.
 
-use glimpse_core::geometry::Angles;
+use glimpse_core::geometry::{Angles, Arms};
 use glimpse_core::model::ModelKind;
 use glimpse_materials::{Identity, Origin, SourceShare};
 use glimpse_training::meta::expected_loss::{LossEstimate, ValidatedLoss, ValidationSplit};
 use glimpse_training::meta::options::{Effort, OptionsError, Schedule, TrainingOptions};
 use glimpse_training::recipe::{Metadata, MetadataError, Training};
-use glimpse_training::route::{Axes, LimitArgs, SpeedArgs};
+use glimpse_training::route::{LimitArgs, SpeedArgs};
 use proptest::prelude::*;
 
 /// Metadata with all fields.
@@ -35,7 +35,7 @@ fn full() -> Metadata {
         },
         scan_seconds: Some(60.0),
         speeds: SpeedArgs {
-            speed: Some(Axes::from_array([20.0, 0.0, 10.0, 90.0])),
+            speed: Some(Arms::from_array([20.0, 0.0, 10.0, 90.0])),
             settle: Some(0.1),
         },
         ..TrainingOptions::new(
@@ -129,7 +129,7 @@ fn error_names_invalid_option() {
             options.speeds.settle = Some(f64::INFINITY);
         }),
         ("speed", |options| {
-            options.speeds.speed = Some(Axes::from_array([-0.5; 4]));
+            options.speeds.speed = Some(Arms::from_array([-0.5; 4]));
         }),
         ("max_theta_i_degrees", |options| {
             options.limits.max_theta_i = Some(1e3);

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use glimpse_core::geometry::Angles;
+use glimpse_core::geometry::{Angles, Arms};
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
@@ -12,7 +12,7 @@ use glimpse_training::meta::run::train;
 use glimpse_training::meta::scan_budget::{Motion, ScanBudgetError};
 use glimpse_training::recipe::pack_recipe;
 use glimpse_training::route::{
-    Axes, LimitArgs, Machine, Order, Route, SpeedArgs, Stop, axes_from_angles, stops,
+    LimitArgs, Machine, Order, Route, SpeedArgs, Stop, arms_in_degrees, stops,
 };
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -25,7 +25,7 @@ const SAMPLES: usize = 6;
 
 fn machine(settle: f64, limits: Limits) -> Machine {
     Machine {
-        speeds: Axes::from_array(SPEEDS),
+        speeds: Arms::from_array(SPEEDS),
         settle,
         limits,
         ..Machine::default()
@@ -49,7 +49,7 @@ fn random_angles(random: &mut ChaCha8Rng) -> Vec<Angles<f32>> {
 fn path_seconds(angles: &[Angles<f32>]) -> f64 {
     let stop = |(index, angles): (usize, &Angles<f32>)| Stop {
         index,
-        arms: axes_from_angles(*angles),
+        arms: arms_in_degrees(*angles),
     };
     let stops: Vec<Stop> = angles.iter().enumerate().map(stop).collect();
     let machine = machine(0.0, Limits::NONE);
@@ -165,7 +165,7 @@ fn options(model: ModelKind, samples: usize, scan_seconds: f64) -> TrainingOptio
     TrainingOptions {
         scan_seconds: Some(scan_seconds),
         speeds: SpeedArgs {
-            speed: Some(Axes::from_array(SPEEDS)),
+            speed: Some(Arms::from_array(SPEEDS)),
             settle: Some(0.5),
         },
         ..TrainingOptions::new(model, samples, Schedule::Prior, Effort::Brief, 2)
@@ -198,7 +198,7 @@ fn trained_recipes_of_all_models_keep_their_budget() {
         assert_eq!(file.metadata().options(), Some(&options));
         assert!(recipe.is_in_path_order());
         assert_eq!(machine, options.machine());
-        assert_eq!(machine.speeds, Axes::from_array(SPEEDS));
+        assert_eq!(machine.speeds, Arms::from_array(SPEEDS));
         assert_eq!(machine.limits.max_theta_i, 80_f32.to_radians());
         let stops = stops(&recipe, &machine.limits).expect("samples within reach");
         // The recipe's own order is within the budget, not only the planned one.

@@ -3,7 +3,6 @@
 use std::fmt::Debug;
 use std::ops::ControlFlow;
 
-use glimpse_core::geometry::Angles;
 use glimpse_core::model::{Model, Neural};
 use glimpse_gradcheck::parameters;
 use glimpse_materials::sampling::uniform_valid;
@@ -34,14 +33,6 @@ pub(crate) fn network(random: &mut ChaCha8Rng) -> NeuralBrdf {
 /// Converts numbers to double precision.
 pub(crate) fn to_f64(list: &[f32]) -> Vec<f64> {
     list.iter().copied().map(f64::from).collect()
-}
-
-pub(crate) fn angles_from_array([theta_h, theta_d, phi_d]: [f64; 3]) -> Angles<f64> {
-    Angles {
-        theta_h,
-        theta_d,
-        phi_d,
-    }
 }
 
 /// Returns materials at `size` uniform directions.

@@ -191,11 +191,7 @@ impl Scene {
         };
         let mut sum = 0.0;
         for &[theta_h, theta_d, phi_d, red, green, blue] in reference_values {
-            let at = HalfDifference::from_angles(Angles {
-                theta_h,
-                theta_d,
-                phi_d,
-            });
+            let at = HalfDifference::from_angles(Angles::from_array([theta_h, theta_d, phi_d]));
             // The page shows no loss of a BRDF that is not finite.
             let Some(modeled) = surface.brdf(&at.directions()) else {
                 return f64::NAN;

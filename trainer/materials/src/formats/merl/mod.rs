@@ -98,7 +98,7 @@ impl MerlTable {
         let zero = S::constant(0.0);
         let mut sums = [zero; 3];
         let mut total = zero;
-        let point = [angles.theta_h, angles.theta_d, angles.phi_d];
+        let point = angles.to_array();
         for ([h, d, phi], weight) in corners(point, &AXES) {
             let index = phi % NODES[2] + NODES[2] * (d + NODES[1] * h);
             let Some(values) = measured_values(&self.bytes, index) else {

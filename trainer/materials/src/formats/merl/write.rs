@@ -116,7 +116,7 @@ impl MerlTable {
         for (index, (rgb, angles)) in brdf.iter().zip(nodes).enumerate() {
             let invalid = |value: &f32| value.is_infinite() || *value < 0.0;
             if let Some(channel) = rgb.iter().position(invalid) {
-                let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
+                let angles = angles.to_array();
                 return Err(TabulateError::Value {
                     index,
                     channel: CHANNELS[channel],

@@ -37,7 +37,7 @@ use self::sample_point::unit_theta;
 use self::tensor_file::{FINITE, NOT_NEGATIVE, TensorFile, UNSIGNED_8, check_values};
 use glimpse_kernels::dual::RealScalar;
 
-use crate::basis::{AngleDual, angles_to_f64, finite_f32, split_duals};
+use crate::basis::{AngleDual, finite_f32, split_duals};
 use crate::error::{Defect, ensure};
 use crate::interpolation::Position;
 use crate::mapped::map_file;
@@ -90,7 +90,7 @@ pub(super) fn has_spectra(head: &[u8]) -> bool {
 
 impl Brdf for RglMeasurement {
     fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
-        self.tensors.brdf(angles_to_f64(&angles)).map(finite_f32)
+        self.tensors.brdf(angles.map(f64::from)).map(finite_f32)
     }
 }
 
@@ -100,7 +100,7 @@ impl Material for RglMeasurement {
     }
 
     fn with_derivatives(&self, angles: &[Angles<f32>]) -> Vec<BrdfWithDerivative> {
-        let variables = |angles| AngleDual::variables(angles_to_f64(angles));
+        let variables = |angles: &Angles<f32>| AngleDual::variables(angles.map(f64::from));
         let duals = angles
             .iter()
             .map(|angles| self.tensors.brdf(variables(angles)));

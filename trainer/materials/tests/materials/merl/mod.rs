@@ -156,7 +156,7 @@ fn interpolation_error_is_within_its_bound() {
     // The second derivative with respect to an angle is at most 0.5 FREQUENCY^2.
     const FREQUENCY: [f64; 3] = [5.0, 3.0, 4.0];
     let smooth = FunctionMaterial(|at: Angles<f32>| {
-        let point = [at.theta_h, at.theta_d, at.phi_d].map(f64::from);
+        let point = at.to_array().map(f64::from);
         [0.0, 1.0, 2.0].map(|phase| {
             let waves = (0..3).map(|i| (FREQUENCY[i] * point[i] + phase).sin());
             (1.0 + 0.5 * waves.product::<f64>()) as f32

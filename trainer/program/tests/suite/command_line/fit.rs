@@ -40,8 +40,7 @@ fn write_readings(folder: &Folder, file: &str, recipe: &str, samples: &[(usize, 
     let rows = samples.iter().map(|(sample, factor)| {
         let angles = pattern[*sample];
         let [r, g, b] = material().at_angles(angles).map(|f| f * factor);
-        let [theta_h, theta_d, phi_d] =
-            [angles.theta_h, angles.theta_d, angles.phi_d].map(f32::to_degrees);
+        let [theta_h, theta_d, phi_d] = angles.to_array().map(f32::to_degrees);
         format!("{g},{theta_d},{theta_h},{b},{r},{phi_d}\n")
     });
     let text = "g,theta_d,theta_h,b,r,phi_d\n".to_owned() + &rows.collect::<String>();
@@ -173,8 +172,7 @@ fn checks_quantity_and_material_columns() {
     folder.write("two.csv", "material,index,value\ngold,0,1\nfelt,0,0.1\n");
     // Light and sensor are exchanged.
     let angles = pattern(&folder, MASKED)[2];
-    let [theta_h, theta_d, phi_d] =
-        [angles.theta_h, angles.theta_d, angles.phi_d].map(f32::to_degrees);
+    let [theta_h, theta_d, phi_d] = angles.to_array().map(f32::to_degrees);
     let exchanged = phi_d + 180.0;
     folder.write(
         "swapped.csv",
@@ -225,8 +223,7 @@ fn rejects_implausible_readings_and_names_likely_causes() {
             .into_iter()
             .enumerate()
             .map(|(sample, angles)| {
-                let [theta_h, theta_d, phi_d] =
-                    [angles.theta_h, angles.theta_d, angles.phi_d].map(f32::to_degrees);
+                let [theta_h, theta_d, phi_d] = angles.to_array().map(f32::to_degrees);
                 format!(
                     "{theta_h},{theta_d},{phi_d},{}\n",
                     percent + 0.01 * sample as f32

@@ -24,16 +24,10 @@ pub(crate) fn recipe(name: &str) -> RecipeFile {
 
 /// Three samples, in radians.
 pub(crate) fn pattern() -> Vec<Angles<f32>> {
-    let sample = |theta_h: f32, theta_d: f32, phi_d: f32| Angles {
-        theta_h: theta_h.to_radians(),
-        theta_d: theta_d.to_radians(),
-        phi_d: phi_d.to_radians(),
-    };
-    vec![
-        sample(0.0, 30.0, 0.0),
-        sample(20.0, 10.0, 90.0),
-        sample(5.0, 60.0, 45.0),
-    ]
+    let samples = [[0.0, 30.0, 0.0], [20.0, 10.0, 90.0], [5.0, 60.0, 45.0]];
+    samples
+        .map(|degrees| Angles::from_array(degrees).map(f32::to_radians))
+        .to_vec()
 }
 
 /// Finds the outliers among readings of a pattern.

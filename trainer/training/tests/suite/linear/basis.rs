@@ -29,11 +29,8 @@ fn components(rows: &[Vec<f64>]) -> DMatrix<f64> {
 }
 
 fn half_difference(angles: Angles<f64>, phi_d_offset: f64) -> HalfDifference<f32> {
-    HalfDifference::from_angles(Angles {
-        theta_h: angles.theta_h as f32,
-        theta_d: angles.theta_d as f32,
-        phi_d: (angles.phi_d + phi_d_offset) as f32,
-    })
+    let phi_d = angles.phi_d + phi_d_offset;
+    HalfDifference::from_angles(Angles { phi_d, ..angles }.map(|angle| angle as f32))
 }
 
 #[test]

@@ -119,15 +119,10 @@ fn compact_basis_derivatives_integrate_to_differences() {
     let host = basis
         .reconstruct_values(&coefficients(2))
         .expect("3 m values");
-    let [from, to] = [[0.1, 0.2, 0.4], [0.5, 0.6, 1.9]];
+    let [from, to] = [[0.1_f32, 0.2, 0.4], [0.5, 0.6, 1.9]];
     let position = |fraction: f32| {
-        let [theta_h, theta_d, phi_d] =
-            std::array::from_fn(|axis| from[axis] + fraction * (to[axis] - from[axis]));
-        Angles {
-            theta_h,
-            theta_d,
-            phi_d,
-        }
+        let between = |axis| from[axis] + fraction * (to[axis] - from[axis]);
+        Angles::from_array(std::array::from_fn(between))
     };
     const STEPS: u32 = 2_000;
     let mut sum = [0.0; 3];

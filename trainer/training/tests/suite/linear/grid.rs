@@ -8,7 +8,6 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{basis, rows};
-use crate::support::angles_from_array;
 
 /// Returns all values of a lookup, each with its derivatives.
 fn flatten(values: BasisValues) -> Vec<[f64; 4]> {
@@ -66,8 +65,8 @@ fn derivatives_match_finite_differences() {
     let (mut compared, mut crossed, mut largest) = (0, 0, 0.0_f64);
     for _ in 0..3_000 {
         let angles = random_angles(&mut random);
-        let cell = Grid::corners(angles_from_array(angles))[0].0;
-        let center = flatten(basis.look_up(angles_from_array(angles)));
+        let cell = Grid::corners(Angles::from_array(angles))[0].0;
+        let center = flatten(basis.look_up(Angles::from_array(angles)));
         for axis in 0..3 {
             // Nodes along theta_h are closer together towards 0, so the step of the difference decreases.
             let spacing = match axis {
@@ -78,7 +77,7 @@ fn derivatives_match_finite_differences() {
             let at = |offset: f64| {
                 let mut angles = angles;
                 angles[axis] += offset;
-                angles_from_array(angles)
+                Angles::from_array(angles)
             };
             let points = [-2.0, -1.0, 1.0, 2.0].map(|offset| at(offset * step));
             // The interpolation is constant outside of the range of theta_h and theta_d.
@@ -120,7 +119,7 @@ fn phi_d_has_period_pi_and_other_angles_are_clamped() {
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let assert_near = |actual: [f64; 3], expected: [f64; 3]| {
         let [actual, expected] =
-            [actual, expected].map(|at| flatten(basis.look_up(angles_from_array(at))));
+            [actual, expected].map(|at| flatten(basis.look_up(Angles::from_array(at))));
         for (actual, expected) in actual.iter().zip(&expected) {
             let error = (actual[0] - expected[0]).abs();
             assert!(

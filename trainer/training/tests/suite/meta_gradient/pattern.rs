@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use glimpse_core::geometry::HalfDifference;
+use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::SampleGradient;
 use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
@@ -13,7 +13,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::lanes::unpack;
-use crate::support::{angles_from_array, to_f64};
+use crate::support::to_f64;
 
 /// The factor of the barrier: BARRIER (theta_h^2 + theta_d^2) for each sample below the horizon.
 const BARRIER: f64 = 0.005;
@@ -25,7 +25,7 @@ fn angles(logits: [f64; 3]) -> [f64; 3] {
 }
 
 fn half_difference(logits: [f64; 3]) -> HalfDifference<f64> {
-    HalfDifference::from_angles(angles_from_array(angles(logits)))
+    HalfDifference::from_angles(Angles::from_array(angles(logits)))
 }
 
 fn is_valid(logits: [f64; 3]) -> bool {
@@ -161,8 +161,8 @@ fn angles_and_logits_round_trip() {
         let logits = logits_from_angles(original);
         let actual = angles_within(logits, &Limits::NONE);
         let expected = angles(logits.map(f64::from));
-        let actual = [actual.theta_h, actual.theta_d, actual.phi_d];
-        let original = [original.theta_h, original.theta_d, original.phi_d];
+        let actual = actual.to_array();
+        let original = original.to_array();
         let ranges = [FRAC_PI_2, FRAC_PI_2, PI];
         for i in 0..3 {
             assert!((f64::from(actual[i]) - expected[i]).abs() < 1e-6);

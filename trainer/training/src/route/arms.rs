@@ -1,0 +1,52 @@
+//! Directions of a machine's arms, in degrees.
+
+use glimpse_core::geometry::{Angles, Arms, HalfDifference};
+use glimpse_kernels::dual::RealScalar;
+
+/// Returns the directions of the arms at angles in radians, in degrees: polar angles of 0 to 90, azimuths of -180 to
+/// 180. Along the normal, all derivatives are 0.
+pub(crate) fn arms_at<S: RealScalar>(angles: Angles<S>) -> Arms<S> {
+    /// The square of the sine of the polar angle below which a direction counts as the normal.
+    const POLE: f64 = 1e-8;
+    let directions = HalfDifference::from_angles(angles).directions();
+    let spherical = |[x, y, z]: [S; 3]| {
+        let square = x * x + y * y;
+        [square.sqrt().atan2(z), y.atan2(x)].map(|angle| {
+            let angle = if square.value() < POLE {
+                S::constant(angle.value())
+            } else {
+                angle
+            };
+            angle * S::constant(1_f64.to_degrees())
+        })
+    };
+    let [theta_i, phi_i] = spherical(directions.incoming);
+    let [theta_o, phi_o] = spherical(directions.outgoing);
+    Arms::from_array([theta_i, phi_i, theta_o, phi_o])
+}
+
+/// Returns the directions of the arms at a sample of a pattern, in degrees. They are those of
+/// [`Recipe::directions`](glimpse_core::recipe::Recipe::directions), in double precision.
+#[must_use]
+pub fn arms_in_degrees(angles: Angles<f32>) -> Arms<f64> {
+    arms_at(angles.map(f64::from))
+}
+
+/// Creates speeds from one number for all axes, or from four; None for another count.
+#[must_use]
+pub fn axis_speeds(speeds: &[f64]) -> Option<Arms<f64>> {
+    match *speeds {
+        [all] => Some(Arms::from_array([all; 4])),
+        _ => Some(Arms::from_array(speeds.try_into().ok()?)),
+    }
+}
+
+/// Wraps an angle into the range \[-180, 180\] degrees. An angle within that range is unchanged.
+pub(super) fn wrapped<S: RealScalar>(degrees: S) -> S {
+    let value = degrees.value();
+    if (-180.0..=180.0).contains(&value) {
+        degrees
+    } else {
+        degrees - S::constant(360.0 * (value / 360.0).round())
+    }
+}
