@@ -15,6 +15,7 @@ mod files;
 mod fit;
 mod interruptible;
 mod loss;
+mod machine;
 mod material;
 mod next;
 mod plan;
@@ -37,6 +38,8 @@ mod _glimpse_brdf {
     use crate::fit::PyFittedMaterial;
     #[pymodule_export]
     use crate::loss::{directions, loss};
+    #[pymodule_export]
+    use crate::machine::PyMachine;
     #[pymodule_export]
     use crate::material::{PyMaterial, load_material, load_materials, table_directions};
     #[pymodule_export]

@@ -1,40 +1,14 @@
 //! Plans of scans: the order in which a machine's arms visit a recipe's samples.
 
-use glimpse_core::geometry::Arms;
 use glimpse_training::choice::Choice;
 use glimpse_training::recipe::RecipeFile;
-use glimpse_training::route::{PlanArgs, Route, SpeedArgs, axis_speeds, blank_sheet};
+use glimpse_training::route::{PlanArgs, Route, blank_sheet};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-use crate::arrays::{array, numbers};
-use crate::error::{reject, to_exception};
+use crate::arrays::array;
+use crate::error::to_exception;
 use crate::interruptible::run_detached;
-
-/// Parses degrees per second: one number for all axes, or one for each.
-pub(crate) fn parse_speeds(speeds: &Bound<'_, PyAny>) -> PyResult<Arms<f64>> {
-    let speeds = numbers(speeds, "speed_degrees_per_second")?;
-    let speeds: Vec<f64> = speeds.iter().copied().collect();
-    match axis_speeds(&speeds) {
-        Some(speeds) => Ok(speeds),
-        None => reject(format!(
-            "speed_degrees_per_second must be one number for all axes, or four, such as (20, 10, 20, 10), not {} \
-             numbers",
-            speeds.len()
-        )),
-    }
-}
-
-/// Returns the speeds of a machine, None for defaults.
-pub(crate) fn speed_args(
-    speed: Option<&Bound<'_, PyAny>>,
-    settle: Option<f64>,
-) -> PyResult<SpeedArgs> {
-    Ok(SpeedArgs {
-        speed: speed.map(parse_speeds).transpose()?,
-        settle,
-    })
-}
 
 /// A planned scan: the positions and times of all visits to samples.
 #[pyclass(frozen, name = "Plan", module = "glimpse_brdf")]

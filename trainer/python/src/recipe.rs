@@ -8,7 +8,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_fitting::measurement::{MachineArgs, NamedRecipe, Readings};
 use glimpse_materials::basis::Basis;
 use glimpse_training::recipe::RecipeFile;
-use glimpse_training::route::{LimitArgs, PlanArgs, arms_in_degrees};
+use glimpse_training::route::{PlanArgs, arms_in_degrees};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
@@ -20,9 +20,10 @@ use crate::error::{GlimpseError, reject, to_exception};
 use crate::files::write;
 use crate::fit::PyFittedMaterial;
 use crate::interruptible::run_detached;
+use crate::machine::PyMachine;
 use crate::material::directions_of;
 use crate::next::PyProposals;
-use crate::plan::{PyPlan, speed_args};
+use crate::plan::PyPlan;
 use crate::readings::ReadingArgs;
 
 /// Bytes of a recipe, and of its basis.
@@ -183,44 +184,28 @@ impl PyRecipe {
     /// Plans a scan as `trainer plan` does: the order of the samples, and the positions and times of a machine's arms.
     ///
     /// `order` is "travel" (the least time) or "progressive" (the recipe's order, in which a scan may end early). It is
-    /// progressive by default for recipes trained with `scan_seconds`, and travel for others. `speed_degrees_per_second` is one number, or four for
-    /// the axes theta_i, phi_i, theta_o, phi_o (default the recipe's, or else 10). Speed 0 means that the machine lacks
-    /// that azimuth axis. `settle_seconds` is the time spent at each sample (default the recipe's, or else 0.5).
+    /// progressive by default for recipes trained with `scan_seconds`, and travel for others. `machine` is a `Machine`.
     ///
     /// Only the difference of the azimuths is kept, because rotating both arms together does not change the readings of an
-    /// isotropic sample. Without `full_turns`, azimuths stay within -180 to 180 degrees. Limits of the machine default
-    /// to the recipe's. The search is random and depends on `seed` (default 0).
+    /// isotropic sample. Without `full_turns`, azimuths stay within -180 to 180 degrees. The search is random and depends
+    /// on `seed` (default 0).
     ///
     /// Raises GlimpseError if samples are out of reach. The message lists them.
-    #[pyo3(signature = (
-        order = None, *, speed_degrees_per_second = None, settle_seconds = None,
-        full_turns = true, max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None,
-        in_plane = false, seed = 0,
-    ))]
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
+    #[pyo3(signature = (order = None, machine = None, *, full_turns = true, seed = 0))]
     fn plan(
         &self,
         py: Python<'_>,
         order: Option<&str>,
-        speed_degrees_per_second: Option<&Bound<'_, PyAny>>,
-        settle_seconds: Option<f64>,
+        machine: Option<&Bound<'_, PyMachine>>,
         full_turns: bool,
-        max_theta_i_degrees: Option<f32>,
-        max_theta_o_degrees: Option<f32>,
-        min_separation_degrees: Option<f32>,
-        in_plane: bool,
         seed: u64,
     ) -> PyResult<PyPlan> {
+        let MachineArgs { limits, speeds } = PyMachine::args(machine);
         let request = PlanArgs {
             order: order.map(|name| choose_value("order", name)).transpose()?,
-            speeds: speed_args(speed_degrees_per_second, settle_seconds)?,
+            speeds,
             no_full_turns: !full_turns,
-            limits: LimitArgs {
-                max_theta_i: max_theta_i_degrees,
-                max_theta_o: max_theta_o_degrees,
-                min_separation: min_separation_degrees,
-                in_plane,
-            },
+            limits,
         };
         PyPlan::new(py, &self.0.file, &request, seed)
     }
@@ -296,44 +281,26 @@ impl PyRecipe {
     ///
     /// `directions` (m, 2, 3) are the pairs that were read so far, and `readings` (m, 3) their BRDFs, sr^-1, linear RGB.
     /// Without both, the first directions are proposed. `count` is the number of proposals. A recipe with a pattern
-    /// begins with its own directions. With `speed_degrees_per_second` or `settle_seconds`, as in `plan`, a
-    /// direction is chosen by the reduction per second, and the arms are at the last reading. `in_plane` is True if
-    /// light, normal and sensor always lie in one plane. Implausible readings raise `ImplausibleError`, as in `fit`,
-    /// unless `accept_implausible` is True.
+    /// begins with its own directions. If `machine`, a `Machine`, has a speed or a time to settle, a direction is chosen by
+    /// the reduction per second, and the arms are at the last reading. Implausible readings raise `ImplausibleError`, as
+    /// in `fit`, unless `accept_implausible` is True.
     #[pyo3(signature = (
-        directions = None, readings = None, count = 1, *, speed_degrees_per_second = None, settle_seconds = None,
-        max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None, in_plane = false,
-        accept_implausible = false,
+        directions = None, readings = None, count = 1, machine = None, *, accept_implausible = false,
     ))]
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
     fn next(
         slf: &Bound<'_, Self>,
         directions: Option<&Bound<'_, PyAny>>,
         readings: Option<&Bound<'_, PyAny>>,
         count: usize,
-        speed_degrees_per_second: Option<&Bound<'_, PyAny>>,
-        settle_seconds: Option<f64>,
-        max_theta_i_degrees: Option<f32>,
-        max_theta_o_degrees: Option<f32>,
-        min_separation_degrees: Option<f32>,
-        in_plane: bool,
+        machine: Option<&Bound<'_, PyMachine>>,
         accept_implausible: bool,
     ) -> PyResult<PyProposals> {
-        let machine = MachineArgs {
-            limits: LimitArgs {
-                max_theta_i: max_theta_i_degrees,
-                max_theta_o: max_theta_o_degrees,
-                min_separation: min_separation_degrees,
-                in_plane,
-            },
-            speeds: speed_args(speed_degrees_per_second, settle_seconds)?,
-        };
         PyProposals::new(
             slf.as_any(),
             &slf.get().0,
             (directions, readings),
             count,
-            &machine,
+            &PyMachine::args(machine),
             accept_implausible,
         )
     }

@@ -6,6 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
 use glimpse_core::model::ModelKind;
+use glimpse_fitting::measurement::MachineArgs;
 use glimpse_materials::MODELS;
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::options::{Effort, Schedule, TrainingOptions};
@@ -21,7 +22,7 @@ use crate::arrays::{Pairs, from_python};
 use crate::choices::choose;
 use crate::error::{Failure, GlimpseError, reject, reject_unused, to_exception};
 use crate::interruptible::run_interruptible;
-use crate::plan::parse_speeds;
+use crate::machine::PyMachine;
 use crate::recipe::PyRecipe;
 use crate::sources::MaterialArgs;
 
@@ -76,12 +77,9 @@ impl From<outer::Progress> for PyProgress {
 /// recipe tolerates missing readings if `missing` is above 0. `noise` is the relative standard deviation of readings.
 /// `additive` is the standard deviation of additive noise, as a share of the BRDF of a white surface, 1/pi. `levels` is
 /// the number of quantization levels of the sensor, 0 for none. `procedural` is the share of training tasks that are
-/// procedural materials (default 0.4). The limits of the machine are `max_theta_i_degrees` (default 90),
-/// `max_theta_o_degrees` (default 90) and `min_separation_degrees` (default 0); with `in_plane`, light, normal and sensor
-/// always lie in one plane. `pattern` (k, 2, 3) has directions that the instrument fixes; the remaining ones of `samples`
-/// are trained. `scan_seconds` is the longest time of a
-/// scan, motion and settling together (default: any time), on a machine with `speed_degrees_per_second` (default 10) and
-/// `settle_seconds` (default 0.5) as in `Recipe.plan`.
+/// procedural materials (default 0.4). `machine` is a `Machine`, which measures the pattern. `pattern` (k, 2, 3) has
+/// directions that the instrument fixes; the remaining ones of `samples` are trained. `scan_seconds` is the longest time
+/// of a scan, motion and settling together (default: any time).
 ///
 /// Two options require the model linear and schedule="paper". `bases` is the number of principal components.
 /// `eta` is the precision of their coefficients.
@@ -94,13 +92,15 @@ impl From<outer::Progress> for PyProgress {
 /// it is then empty.
 #[pyfunction]
 #[pyo3(signature = (
-    model, materials = None, *, pattern = None, checkpoint = None, resume = false, progress = None, **options
+    model, materials = None, *, machine = None, pattern = None, checkpoint = None, resume = false, progress = None,
+    **options
 ))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
 pub(crate) fn train(
     py: Python<'_>,
     model: &str,
     materials: Option<&Bound<'_, PyAny>>,
+    machine: Option<&Bound<'_, PyMachine>>,
     pattern: Option<&Bound<'_, PyAny>>,
     checkpoint: Option<PathBuf>,
     resume: bool,
@@ -122,7 +122,12 @@ pub(crate) fn train(
         &[("resume", resume)],
     )?;
     let model = choose("model", model, &MODELS.map(|model| (model.name(), model)))?;
-    let mut options = parse_options(model, options)?;
+    let MachineArgs { limits, speeds } = PyMachine::args(machine);
+    let mut options = TrainingOptions {
+        limits,
+        speeds,
+        ..parse_options(model, options)?
+    };
     if let Some(pattern) = pattern {
         options.pattern = Pairs::from_arrays(pattern, None)?.angles()?;
     }
@@ -181,16 +186,9 @@ fn parse_options(model: ModelKind, given: Option<&Bound<'_, PyDict>>) -> PyResul
         let value = match &*name {
             _ if value.is_none() => continue,
             "samples" => json!(sample_count(&value)?),
-            "speed_degrees_per_second" => json!(parse_speeds(&value)?),
             _ => from_python(&value)?,
         };
-        let mut groups = TrainingOptions::GROUPS.into_iter();
-        let group = groups.find(|group| all[group].get(&name).is_some());
-        let fields = match group {
-            Some(group) => &mut all[group],
-            None => &mut all,
-        };
-        match fields.get_mut(&name) {
+        match all.get_mut(&name) {
             Some(option) if !NOT_GIVEN.contains(&&*name) => *option = value,
             _ => {
                 return Err(PyTypeError::new_err(format!(

@@ -10,6 +10,7 @@ import glimpse_brdf as glimpse
 import numpy as np
 import pytest
 from conftest import BUNDLED, RECIPES, assert_names, directions, to_degrees, write_csv
+from glimpse_brdf import Machine
 
 NEURAL = RECIPES / "neural-n8.recipe"
 HEADER = "theta_i,phi_i,theta_o,phi_o,r,g,b"
@@ -90,11 +91,14 @@ def test_rejects_invalid_recipes(trainer, tmp_path, trained):
         ({}, []),
         ({"order": "progressive"}, ["--order", "progressive"]),
         (
-            {"speed_degrees_per_second": [20, 10, 20, 10], "settle_seconds": 1.5, "full_turns": False},
+            {
+                "machine": Machine(speed_degrees_per_second=[20, 10, 20, 10], settle_seconds=1.5),
+                "full_turns": False,
+            },
             ["--speed", "20,10,20,10", "--settle", "1.5", "--no-full-turns"],
         ),
-        ({"max_theta_o_degrees": 89}, ["--max-theta-o", "89"]),
-        ({"speed_degrees_per_second": 5}, ["--speed", "5"]),
+        ({"machine": Machine(max_theta_o_degrees=89)}, ["--max-theta-o", "89"]),
+        ({"machine": Machine(speed_degrees_per_second=5)}, ["--speed", "5"]),
     ],
 )
 def test_plan_matches_command(trainer, tmp_path, options, arguments):
@@ -116,12 +120,11 @@ def test_plan_matches_command(trainer, tmp_path, options, arguments):
 def test_rejects_invalid_plans(trainer):
     recipe = glimpse.Recipe.load(NEURAL)
     with pytest.raises(glimpse.GlimpseError) as error:
-        recipe.plan(max_theta_o_degrees=20)
+        recipe.plan(machine=Machine(max_theta_o_degrees=20))
     lines = str(error.value).split("\n")
     expected = trainer("plan", NEURAL, "--max-theta-o", "20", fails=True).split("\n")
     assert lines[:-1] == expected[:-1] and "max_theta_o" in lines[-1] and "--" not in lines[-1]
     for options, expected_names in [
-        ({"order": "best"}, ["travel", "progressive"]),
         ({"speed_degrees_per_second": -1}, ["theta_i", "-1"]),
         ({"speed_degrees_per_second": [1, 2]}, ["speed_degrees_per_second"]),
         ({"settle_seconds": -1}, ["settle_seconds", "-1"]),
@@ -129,8 +132,11 @@ def test_rejects_invalid_plans(trainer):
         ({"max_theta_i_degrees": float("nan")}, ["max_theta_i_degrees"]),
     ]:
         with pytest.raises(glimpse.GlimpseError) as error:
-            recipe.plan(**options)
+            recipe.plan(machine=Machine(**options))
         assert_names(error.value, *expected_names)
+    with pytest.raises(glimpse.GlimpseError) as error:
+        recipe.plan("best")
+    assert_names(error.value, "travel", "progressive")
 
 
 def fit_by_command(trainer, tmp_path, recipe_path, rows):
@@ -313,8 +319,9 @@ def test_next_leads_a_scan(trainer, tmp_path):
     first = recipe.next(count=2)
     assert len(first) == 2 and first.seconds is None and first.directions.shape == (2, 2, 3)
     pairs, losses = first.directions, [first.expected_loss_so_far]
+    machine = Machine(settle_seconds=1, max_theta_i_degrees=70)
     for _ in range(4):
-        proposal = recipe.next(pairs, material(pairs), settle_seconds=1, max_theta_i_degrees=70)
+        proposal = recipe.next(pairs, material(pairs), machine=machine)
         assert proposal.seconds[0] > 1 and proposal.directions[0, 0, 2] > np.cos(np.radians(70.1))
         assert proposal.expected_losses[0] < proposal.loss_bounds[0]
         losses.append(proposal.expected_loss_so_far)
@@ -324,7 +331,7 @@ def test_next_leads_a_scan(trainer, tmp_path):
     # The command proposes the same.
     write_csv(tmp_path / "scan.csv", HEADER, np.hstack([to_degrees(pairs), material(pairs)]).tolist())
     command = json.loads(trainer("next", "--measurements", "scan.csv", "--in-plane", "--json"))
-    same = recipe.next(pairs, material(pairs), in_plane=True)
+    same = recipe.next(pairs, material(pairs), machine=Machine(in_plane=True))
     [direction] = command["directions"]
     angles = [direction[name] for name in HEADER.split(",")[:4]]
     # The azimuth of the light is 0 there.
@@ -337,7 +344,7 @@ def test_next_leads_a_scan(trainer, tmp_path):
         recipe.next(pairs, too_bright)
     assert len(recipe.next(pairs, too_bright, accept_implausible=True)) == 1
     with pytest.raises(glimpse.GlimpseError):
-        recipe.next(max_theta_i_degrees=1, max_theta_o_degrees=1, min_separation_degrees=1.99)
+        recipe.next(machine=Machine(max_theta_i_degrees=1, max_theta_o_degrees=1, min_separation_degrees=1.99))
 
 
 def test_fits_readings_in_bands(tmp_path):

@@ -13,6 +13,7 @@ import glimpse_brdf as glimpse
 import numpy as np
 import pytest
 from conftest import assert_names
+from glimpse_brdf import Machine
 
 
 @pytest.mark.parametrize(
@@ -23,17 +24,17 @@ from conftest import assert_names
         ("linear", {"schedule": "paper", "bases": 3}, ["--schedule", "paper", "--bases", "3"]),
         (
             "linear",
-            {"missing": 0.5, "noise": 0.02, "max_theta_i_degrees": 80, "min_separation_degrees": 10},
+            {"missing": 0.5, "noise": 0.02, "machine": Machine(max_theta_i_degrees=80, min_separation_degrees=10)},
             ["--missing", "0.5", "--noise", "0.02", "--max-theta-i", "80", "--min-separation", "10"],
         ),
         (
             "linear",
-            {"in_plane": True},
+            {"machine": Machine(in_plane=True)},
             ["--in-plane"],
         ),
         (
             "phong",
-            {"scan_seconds": 9, "speed_degrees_per_second": [20, 10, 20, 10], "settle_seconds": 0.2},
+            {"scan_seconds": 9, "machine": Machine(speed_degrees_per_second=[20, 10, 20, 10], settle_seconds=0.2)},
             ["--scan-seconds", "9", "--speed", "20,10,20,10", "--settle", "0.2"],
         ),
     ],
@@ -256,7 +257,7 @@ def test_rejects_invalid_training():
     assert_names(train_error("phong", schedule="paper", bases=3), "bases")
     assert_names(train_error("linear", schedule="paper", eta=-1), "eta")
     assert_names(train_error("phong", resume=True), "resume")
-    assert_names(train_error("phong", settle_seconds=1), "settle_seconds", "scan_seconds")
+    assert_names(train_error("phong", machine=Machine(settle_seconds=1)), "settle_seconds", "scan_seconds")
     assert_names(train_error("phong", schedule="paper", scan_seconds=9), "scan_seconds")
     assert_names(train_error("phong", "procedural:3", samples=4, scan_seconds=2), 4, 2)
     assert_names(train_error("phong", share=[1]), "share")
@@ -265,8 +266,8 @@ def test_rejects_invalid_training():
     assert_names(train_error("phong", ["procedural:2", "procedural:2"]), "procedural:2")
     train_error("phong", [])
     assert_names(train_error("phong", effort="hasty"), "brief", "quick")
-    assert "max_theta_i" in train_error("phong", max_theta_i_degrees=95)
-    message = train_error("phong", max_theta_i_degrees=30, min_separation_degrees=80)
+    assert "max_theta_i" in train_error("phong", machine=Machine(max_theta_i_degrees=95))
+    message = train_error("phong", machine=Machine(max_theta_i_degrees=30, min_separation_degrees=80))
     assert_names(message, "min_separation_degrees", "max_theta_i_degrees", "60.0")
     with pytest.raises(FileNotFoundError):
         glimpse.train("phong", "nowhere/")

@@ -21,7 +21,7 @@ def gray(incoming: npt.NDArray[np.float64], outgoing: npt.NDArray[np.float64]) -
 def scan(path: Path) -> float:
     material = glimpse.Material.from_function(gray, "gray")
     recipe: glimpse.Recipe = glimpse.train("neural", [material, "procedural:9"], progress=report, effort="quick")
-    plan: glimpse.Plan = recipe.plan("travel", speed_degrees_per_second=[20, 10, 20, 10])
+    plan: glimpse.Plan = recipe.plan("travel", glimpse.Machine(speed_degrees_per_second=[20, 10, 20, 10]))
     readings: npt.NDArray[np.float32] = material(plan.directions)
     fitted: glimpse.FittedMaterial = recipe.fit(readings, plan.directions, quantity="brdf")
     for outlier in fitted.outliers:

@@ -24,6 +24,7 @@ __all__ = [
     "FittedMaterial",
     "GlimpseError",
     "ImplausibleError",
+    "Machine",
     "Material",
     "Outlier",
     "Plan",
@@ -196,14 +197,9 @@ class Recipe:
     def plan(
         self,
         order: Optional[Literal["travel", "progressive"]] = None,
+        machine: Optional[Machine] = None,
         *,
-        speed_degrees_per_second: Optional[npt.ArrayLike] = None,
-        settle_seconds: Optional[float] = None,
         full_turns: bool = True,
-        max_theta_i_degrees: Optional[float] = None,
-        max_theta_o_degrees: Optional[float] = None,
-        min_separation_degrees: Optional[float] = None,
-        in_plane: bool = False,
         seed: int = 0,
     ) -> Plan: ...
     def next(
@@ -211,13 +207,8 @@ class Recipe:
         directions: Optional[npt.ArrayLike] = None,
         readings: Optional[npt.ArrayLike] = None,
         count: int = 1,
+        machine: Optional[Machine] = None,
         *,
-        speed_degrees_per_second: Optional[npt.ArrayLike] = None,
-        settle_seconds: Optional[float] = None,
-        max_theta_i_degrees: Optional[float] = None,
-        max_theta_o_degrees: Optional[float] = None,
-        min_separation_degrees: Optional[float] = None,
-        in_plane: bool = False,
         accept_implausible: bool = False,
     ) -> Proposals: ...
     def fit(
@@ -246,6 +237,19 @@ class Recipe:
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class Machine:
+    def __new__(
+        cls,
+        *,
+        speed_degrees_per_second: Optional[npt.ArrayLike] = None,
+        settle_seconds: Optional[float] = None,
+        max_theta_i_degrees: Optional[float] = None,
+        max_theta_o_degrees: Optional[float] = None,
+        min_separation_degrees: Optional[float] = None,
+        in_plane: bool = False,
+    ) -> Self: ...
 
 @final
 class Proposals:
@@ -317,13 +321,7 @@ class _TrainingOptions(TypedDict, total=False):
     additive: float
     levels: int
     procedural: float
-    max_theta_i_degrees: float
-    max_theta_o_degrees: float
-    min_separation_degrees: float
-    in_plane: bool
     scan_seconds: float
-    speed_degrees_per_second: npt.ArrayLike
-    settle_seconds: float
     bases: int
     eta: float
 
@@ -331,6 +329,7 @@ def train(
     model: _Model,
     materials: Optional[_Materials] = None,
     *,
+    machine: Optional[Machine] = None,
     pattern: Optional[npt.ArrayLike] = None,
     checkpoint: Optional[_Path] = None,
     resume: bool = False,

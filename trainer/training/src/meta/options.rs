@@ -256,7 +256,7 @@ fn check_range(
 
 impl TrainingOptions {
     /// The fields that hold several options, each with a name of its own.
-    pub const GROUPS: [&'static str; 2] = ["limits", "speeds"];
+    const GROUPS: [&'static str; 2] = ["limits", "speeds"];
     /// The number of principal components in the paper, after Nielsen et al.
     pub const PAPER_BASES: usize = 5;
     /// The precision of all coefficients in the paper, after Nielsen et al.
