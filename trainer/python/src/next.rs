@@ -1,7 +1,8 @@
 //! The directions to read next.
 
-use glimpse_fitting::measurement::{MachineArgs, NamedRecipe};
+use glimpse_fitting::measurement::NamedRecipe;
 use glimpse_training::linear::{Posterior, Proposal};
+use glimpse_training::route::MachineArgs;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
@@ -33,7 +34,7 @@ impl PyProposals {
         if !(1..=256).contains(&count) {
             return reject(format!("count is {count}: give 1 to 256"));
         }
-        machine.machine(given).map_err(to_exception)?;
+        given.machine(machine).map_err(to_exception)?;
         let any = given.continuing();
         let mut measured = Vec::new();
         let posterior = match (directions, readings) {
@@ -51,7 +52,7 @@ impl PyProposals {
             }
             _ => return reject("directions and readings belong together: give both, or neither"),
         };
-        let proposals = run_detached(py, || machine.next(given, (&posterior, &measured), count))?;
+        let proposals = run_detached(py, || given.next(machine, (&posterior, &measured), count))?;
         let proposals = proposals.map_err(to_exception)?;
         if proposals.is_empty() {
             return reject("no direction is within the limits: widen them");

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glimpse_core::numeric::Rows;
 use glimpse_core::recipe::Recipe;
-use glimpse_fitting::measurement::{MachineArgs, NamedRecipe, Readings};
+use glimpse_fitting::measurement::{NamedRecipe, Readings};
 use glimpse_materials::basis::Basis;
 use glimpse_training::recipe::RecipeFile;
 use glimpse_training::route::{PlanArgs, arms_in_degrees};
@@ -200,12 +200,10 @@ impl PyRecipe {
         full_turns: bool,
         seed: u64,
     ) -> PyResult<PyPlan> {
-        let MachineArgs { limits, speeds } = PyMachine::args(machine);
         let request = PlanArgs {
             order: order.map(|name| choose_value("order", name)).transpose()?,
-            speeds,
+            machine: PyMachine::args(machine),
             no_full_turns: !full_turns,
-            limits,
         };
         PyPlan::new(py, &self.0.file, &request, seed)
     }

@@ -6,13 +6,13 @@ use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
 use glimpse_core::model::ModelKind;
-use glimpse_fitting::measurement::MachineArgs;
 use glimpse_materials::MODELS;
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::options::{Effort, Schedule, TrainingOptions};
 use glimpse_training::meta::outer::{self, Checkpoints};
 use glimpse_training::meta::run::{check, train as meta_train};
 use glimpse_training::recipe::{RecipeFile, pack_recipe};
+use glimpse_training::route::MachineArgs;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};

@@ -24,7 +24,6 @@ pub use fit::{Fit, FitFailure, Selection};
 pub use instrument::Instrument;
 pub use layout::AngleUnit;
 pub use matching::{AngularDistance, IsotropicAngles};
-pub use next::MachineArgs;
 pub use outliers::Outliers;
 pub use quantity::{CountCalibration, FOOTPRINTS, Multiple, QUANTITIES, ReadingQuantity};
 pub use readings::{ReadingStatus, Readings, SampleReading};

@@ -7,8 +7,8 @@ use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use glimpse_core::geometry::Angles;
 use glimpse_evaluation::evaluation::Adaptive;
-use glimpse_fitting::measurement::{MachineArgs, NamedRecipe};
-use glimpse_training::route::{Machine, Position};
+use glimpse_fitting::measurement::NamedRecipe;
+use glimpse_training::route::{Machine, MachineArgs, Position, stops};
 
 use super::read_recipe;
 
@@ -57,7 +57,7 @@ impl AdaptiveArgs {
             return Ok(None);
         };
         let any = given.continuing();
-        let machine = args.machine(given)?;
+        let machine = given.machine(args)?;
         let begin = match &self.begin {
             None => given.clone(),
             Some(path) => {
@@ -67,7 +67,7 @@ impl AdaptiveArgs {
                     given.name
                 );
                 let named = read_recipe(path)?;
-                args.check_reach(&named, &machine).context("--begin")?;
+                stops(&named.file.recipe(), &machine.limits).context("--begin")?;
                 named
             }
         };

@@ -7,9 +7,9 @@ use anyhow::{Context, ensure};
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use glimpse_core::geometry::Arms;
-use glimpse_fitting::measurement::{MachineArgs, NamedRecipe};
+use glimpse_fitting::measurement::NamedRecipe;
 use glimpse_training::linear::{Posterior, Proposal};
-use glimpse_training::route::{arms_in_degrees, blank_directions};
+use glimpse_training::route::{MachineArgs, arms_in_degrees, blank_directions};
 use serde::Serialize;
 
 use super::fit::options::ReadingArgs;
@@ -118,7 +118,7 @@ impl Next {
         if let (Some(blank), Some(white)) = (&self.blank, self.readings.white()) {
             refuse_input(blank, white)?;
         }
-        let machine = self.machine.machine(&given)?;
+        let machine = given.machine(&self.machine)?;
         let any = given.continuing();
         let (posterior, measured) = match &self.measurements {
             None => {
@@ -147,7 +147,7 @@ impl Next {
             _ => self.count,
         };
         let so_far_and_measured = (&posterior, &measured[..]);
-        let proposals = self.machine.next(&given, so_far_and_measured, count)?;
+        let proposals = given.next(&self.machine, so_far_and_measured, count)?;
         ensure!(
             count == 0 || !proposals.is_empty(),
             "no direction is within the limits ({}): widen them",

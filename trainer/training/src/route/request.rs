@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use super::arms::axis_speeds;
 use super::machine::{Machine, MachineError};
-use super::stop::{OutOfReach, stops};
+use super::position::Position;
+use super::stop::{PlanError, stops};
 use super::visit::{Order, Route};
 
 /// Options for the limits of a machine's arms.
@@ -103,6 +104,46 @@ impl SpeedArgs {
     }
 }
 
+/// Options for a machine.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub struct MachineArgs {
+    /// The limits of the arms.
+    #[command(flatten)]
+    pub limits: LimitArgs,
+    /// The speeds of the axes.
+    #[command(flatten)]
+    pub speeds: SpeedArgs,
+}
+
+impl MachineArgs {
+    /// Returns true if an option was given.
+    #[must_use]
+    pub fn is_given(&self) -> bool {
+        self.limits.is_given() || self.speeds.is_given()
+    }
+
+    /// Returns the machine. `stated` has the values of options that were not given.
+    ///
+    /// # Errors
+    /// If a value is out of range.
+    pub fn machine(&self, stated: &Machine) -> Result<Machine, MachineError> {
+        let machine = Machine {
+            speeds: self.speeds.speed.unwrap_or(stated.speeds),
+            settle: self.speeds.settle.unwrap_or(stated.settle),
+            limits: self.limits.or(stated.limits)?,
+            ..*stated
+        };
+        machine.validate()?;
+        Ok(machine)
+    }
+
+    /// Returns the arms at the start of a scan, if a speed or a time was given.
+    #[must_use]
+    pub fn position(&self, machine: Machine) -> Option<Position> {
+        self.speeds.is_given().then(|| Position::new(machine))
+    }
+}
+
 /// A request for a plan.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct PlanArgs {
@@ -110,35 +151,12 @@ pub struct PlanArgs {
     /// order is a fast path; travel for others]
     #[arg(long, value_enum)]
     pub order: Option<Order>,
-    /// The speeds of the axes.
+    /// The machine.
     #[command(flatten)]
-    pub speeds: SpeedArgs,
+    pub machine: MachineArgs,
     /// Keep the difference of the azimuths within -180 to 180 degrees, so that no cable winds up
     #[arg(long)]
     pub no_full_turns: bool,
-    /// The limits of the arms.
-    #[command(flatten)]
-    pub limits: LimitArgs,
-}
-
-/// A request that no plan meets.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PlanError {
-    /// The machine is invalid.
-    #[error(transparent)]
-    Machine(#[from] MachineError),
-    /// Samples are out of the machine's reach.
-    #[error(
-        "the machine does not reach {} of {samples} samples:{}\ntrain a recipe for these limits ({}, {}, {})",
-        missed.len(), missed.iter().map(|sample| format!("\n  {sample}")).collect::<String>(),
-        Name::MAX_THETA_I, Name::MAX_THETA_O, Name::MIN_SEPARATION
-    )]
-    OutOfReach {
-        /// These samples.
-        missed: Vec<OutOfReach>,
-        /// The number of samples of the recipe.
-        samples: usize,
-    },
 }
 
 impl PlanArgs {
@@ -153,16 +171,10 @@ impl PlanArgs {
         seed: u64,
     ) -> Result<(Machine, Route), PlanError> {
         let machine = Machine {
-            speeds: self.speeds.speed.unwrap_or(stated.speeds),
-            settle: self.speeds.settle.unwrap_or(stated.settle),
-            limits: self.limits.or(stated.limits)?,
             full_turns: !self.no_full_turns,
+            ..self.machine.machine(stated)?
         };
-        machine.validate()?;
-        let stops = stops(recipe, &machine.limits).map_err(|missed| PlanError::OutOfReach {
-            missed,
-            samples: recipe.samples(),
-        })?;
+        let stops = stops(recipe, &machine.limits)?;
         let order = self.order.unwrap_or_else(|| Order::of_recipe(recipe));
         Ok((machine, Route::new(&machine, &stops, order, seed)))
     }

@@ -1,11 +1,13 @@
-//! Positions of the arms for each sample of a recipe.
+//! Positions of the arms for each sample of a recipe, and samples that they do not reach.
 
 use glimpse_core::error::Error;
 use glimpse_core::geometry::Arms;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::Recipe;
+use glimpse_materials::setting::Name;
 
 use super::arms::arms_in_degrees;
+use super::machine::MachineError;
 
 /// A sample and the position in which it is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,26 +33,47 @@ pub struct OutOfReach {
     pub reason: Error,
 }
 
+/// A request that no plan meets.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PlanError {
+    /// The machine is invalid.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+    /// Samples are out of the machine's reach.
+    #[error(
+        "the machine does not reach {} of {samples} samples:{}\ntrain a recipe for these limits ({}, {}, {})",
+        missed.len(), missed.iter().map(|sample| format!("\n  {sample}")).collect::<String>(),
+        Name::MAX_THETA_I, Name::MAX_THETA_O, Name::MIN_SEPARATION
+    )]
+    OutOfReach {
+        /// These samples.
+        missed: Vec<OutOfReach>,
+        /// The number of samples of the recipe.
+        samples: usize,
+    },
+}
+
 /// Returns the recipe's samples, in the recipe's order.
 ///
 /// # Errors
 /// All unreachable samples.
-pub fn stops(recipe: &Recipe<'_>, limits: &Limits) -> Result<Vec<Stop>, Vec<OutOfReach>> {
+pub fn stops(recipe: &Recipe<'_>, limits: &Limits) -> Result<Vec<Stop>, PlanError> {
     let mut stops = Vec::new();
-    let mut unreachable = Vec::new();
+    let mut missed = Vec::new();
     for (angles, (index, directions)) in recipe.pattern().zip(recipe.directions()) {
         let (index, arms) = (usize::from(index), arms_in_degrees(angles));
         match limits.check(&directions) {
             Ok(()) => stops.push(Stop { index, arms }),
-            Err(reason) => unreachable.push(OutOfReach {
+            Err(reason) => missed.push(OutOfReach {
                 index,
                 arms,
                 reason,
             }),
         }
     }
-    match unreachable.is_empty() {
-        true => Ok(stops),
-        false => Err(unreachable),
+    if missed.is_empty() {
+        return Ok(stops);
     }
+    let samples = recipe.samples();
+    Err(PlanError::OutOfReach { missed, samples })
 }

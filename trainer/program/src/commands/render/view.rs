@@ -11,11 +11,12 @@ use glimpse_core::gonio::Quantity;
 use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::Degradation;
 use glimpse_fitting::measurement::{
-    AngleArgs, MachineArgs, NamedRecipe, ReadingQuantity, Readings, Rows, SampleReading, Selection,
+    AngleArgs, NamedRecipe, ReadingQuantity, Readings, Rows, SampleReading, Selection,
 };
 use glimpse_kernels::scan::scan_with_missing;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Material, Source};
+use glimpse_training::route::MachineArgs;
 use glimpse_viewer::{RecipeScan, Reference, STYLE, View as Page};
 
 use super::super::export_basis::compact_basis;
@@ -218,7 +219,11 @@ fn measured(given: &NamedRecipe, file: &Path) -> anyhow::Result<Measured> {
         ..
     } = Selection::new(readings, false).with_context(|| file.display().to_string())?;
     let next = if given.is_any() || readings.off_pattern.is_some() {
-        MachineArgs::default().next(given, (&posterior, &readings.pattern()), 1)?
+        given.next(
+            &MachineArgs::default(),
+            (&posterior, &readings.pattern()),
+            1,
+        )?
     } else {
         Vec::new()
     };

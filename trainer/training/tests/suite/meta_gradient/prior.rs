@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use std::ops::{ControlFlow, Range};
 use std::path::Path;
 
-use glimpse_core::geometry::{Angles, Arms, HalfDifference};
+use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_core::model::linear::map;
