@@ -19,6 +19,7 @@ use glimpse_materials::{FittedBrdf, FittedMaterial, Material};
 use glimpse_training::meta::initialization::standard_normal;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
 use serde_json::json;
 
 use crate::measurement::{MaterialFiles, material_files};
@@ -53,13 +54,16 @@ pub struct ScannerNoise {
 }
 
 /// One reading that the device requested.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct ScanReading {
     /// The directions of light and sensor.
+    #[serde(skip)]
     pub directions: Directions<f32>,
     /// The same directions as Rusinkiewicz angles, in radians.
+    #[serde(flatten)]
     pub angles: Angles<f32>,
     /// The simulated reading.
+    #[serde(flatten)]
     pub reading: Reading,
 }
 
@@ -97,18 +101,9 @@ impl ScanReport {
         loss: Option<f64>,
     ) -> Option<MaterialFiles> {
         let material = FittedMaterial::new(name.to_owned(), self.fitted(basis)?)?;
-        let readings = self.readings.iter().map(|sample| {
-            json!({
-                "theta_h": sample.angles.theta_h,
-                "theta_d": sample.angles.theta_d,
-                "phi_d": sample.angles.phi_d,
-                "brdf": sample.reading.brdf,
-                "saturated": sample.reading.saturated,
-            })
-        });
         let metadata = json!({
             "recipe": { "checksum": format!("{:08x}", self.recipe) },
-            "scanned": readings.collect::<Vec<_>>(),
+            "scanned": self.readings,
             "residual": self.residual,
             "loss": loss,
         });

@@ -143,7 +143,7 @@ impl PyFittedMaterial {
     fn wavelengths<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f32>>>> {
         let bands = self.material().spectrum();
         let wavelengths = bands.map(|bands| bands.wavelengths().to_vec());
-        let array = wavelengths.map(|each| array(py, &[each.len()], each));
+        let array = wavelengths.map(|nm| array(py, &[nm.len()], nm));
         array.transpose()
     }
 

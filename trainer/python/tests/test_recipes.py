@@ -162,15 +162,13 @@ def test_fit_matches_command(trainer, tmp_path, recipe_path):
     assert isinstance(fitted, glimpse.Material) and fitted.name == "m" and fitted.model == recipe.model
     np.testing.assert_allclose(fitted.parameters, values, rtol=1e-6, atol=1e-6)
     np.testing.assert_allclose(fitted(pairs), brdf, rtol=1e-4, atol=1e-6)
-    assert fitted.statuses.count("used") == report["readings"]["used"]
-    missing = [index for index, status in enumerate(fitted.statuses) if status == "missing"]
-    unused = report["readings"]["unused"]
-    assert missing == [each["sample"] for each in unused if each["status"] == "missing"]
-    assert fitted.residual["mean"] == pytest.approx(report["residual"]["mean"], rel=1e-6)
+    own = fitted.report
+    assert own.keys() == report.keys() - {"name", "folder", "formats"}
+    assert own["readings"]["used"] == report["readings"]["used"]
+    assert own["readings"]["unused"] == report["readings"]["unused"]
+    assert own["residual"]["mean"] == pytest.approx(report["residual"]["mean"], rel=1e-6)
     if recipe.tolerates_missing and recipe.model != "phong":
-        assert fitted.predicted_loss == pytest.approx(report["expected_loss"]["loss"], rel=1e-6)
-        assert fitted.loss_bound == pytest.approx(report["expected_loss"]["bound"], rel=1e-6)
-        assert fitted.unlike_training is report["expected_loss"]["unlike_training"]
+        assert own["expected_loss"] == pytest.approx(report["expected_loss"], rel=1e-6)
 
     # Readings with directions may be in any order and repeated.
     order = np.random.default_rng(4).permutation(np.repeat(np.arange(len(recipe)), 2))
@@ -229,15 +227,16 @@ def test_outlier_is_reported_and_excluded(trained):
     fitted_without_outlier = recipe.fit(readings)
     readings[2] *= 1000
     fitted = recipe.fit(readings)
-    assert fitted.outliers and fitted.outliers[0].sample == 2
-    outlier = fitted.outliers[0]
-    assert outlier.status == "outlier" and outlier.z > 3 and fitted.statuses[2] == "outlier" and "sample 2" in repr(outlier)
-    np.testing.assert_allclose(outlier.measured, readings[2], rtol=1e-6)
-    assert max(outlier.predicted) < min(outlier.measured)
-    assert recipe.fit(readings, keep_all=True).statuses[2] == "used"
+    outlier = fitted.report["readings"]["outliers"][0]
+    assert outlier["sample"] == 2 and outlier["status"] == "outlier" and outlier["z"] > 3
+    assert {"sample": 2, "status": "outlier"} in fitted.report["readings"]["unused"]
+    np.testing.assert_allclose(outlier["reading"], readings[2], rtol=1e-6)
+    assert max(outlier["expected"]) < min(outlier["reading"])
+    assert recipe.fit(readings, keep_all=True).report["readings"]["unused"] == []
     saturated = np.arange(len(recipe)) == 4
-    assert recipe.fit(readings, saturated=saturated).statuses[4] == "saturated"
-    assert fitted_without_outlier.predicted_loss > 0
+    unused = recipe.fit(readings, saturated=saturated).report["readings"]["unused"]
+    assert {"sample": 4, "status": "saturated"} in unused
+    assert fitted_without_outlier.report["expected_loss"]["loss"] > 0
 
 
 def test_implausible_readings_raise_with_fit():
@@ -280,7 +279,7 @@ def test_rejects_invalid_readings(trainer, tmp_path):
     angles = recipe.angles_degrees.copy()
     angles[4, 0] += 2
     pairs = glimpse.directions_from_degrees(*angles.T)
-    assert recipe.fit(readings, pairs).off_pattern
+    assert recipe.fit(readings, pairs).report["recipe"]["off_pattern"]
     assert_names(fit_error(readings, pairs, noise=np.full(8, -1.0)), "noise")
     fit_error(readings, pairs[:5])
     assert_names(fit_error(readings, name="a/b"), "name")
@@ -297,13 +296,14 @@ def test_completes_readings_at_any_directions(model):
     pairs = glimpse.directions_from_degrees(45, 0, np.abs(theta_o), np.where(theta_o < 0, 0, 180))
     material = glimpse.load_material("procedural:1:9")
     fitted = recipe.fit(material(pairs), pairs)
-    assert fitted.statuses == ["used"] * len(theta_o) and not fitted.off_pattern
-    assert 0 < fitted.predicted_loss < fitted.loss_bound
+    report = fitted.report
+    assert report["readings"]["used"] == len(theta_o) and not report["recipe"]["off_pattern"]
+    assert 0 < report["expected_loss"]["loss"] < report["expected_loss"]["bound"]
     np.testing.assert_allclose(fitted.directions[..., 2], pairs[..., 2], atol=1e-5)
     elsewhere = glimpse.directions()[:500]
     deviation = fitted.deviation(elsewhere)
     assert deviation.shape == (500, 3) and (deviation > 0).all()
-    assert glimpse.loss(material, fitted) < fitted.loss_bound
+    assert glimpse.loss(material, fitted) < report["expected_loss"]["bound"]
     again = pickle.loads(pickle.dumps(fitted))
     np.testing.assert_array_equal(again.parameters, fitted.parameters)
     # A recipe of the same directions gives the same fit, in their order.
@@ -327,7 +327,7 @@ def test_next_leads_a_scan(trainer, tmp_path):
         losses.append(proposal.expected_loss_so_far)
         pairs = np.concatenate([pairs, proposal.directions])
     assert losses[-1] < 0.6 * losses[0]
-    assert recipe.fit(material(pairs), pairs).predicted_loss < losses[0]
+    assert recipe.fit(material(pairs), pairs).report["expected_loss"]["loss"] < losses[0]
     # The command proposes the same.
     write_csv(tmp_path / "scan.csv", HEADER, np.hstack([to_degrees(pairs), material(pairs)]).tolist())
     command = json.loads(trainer("next", "--measurements", "scan.csv", "--in-plane", "--json"))

@@ -24,12 +24,13 @@ def scan(path: Path) -> float:
     plan: glimpse.Plan = recipe.plan("travel", glimpse.Machine(speed_degrees_per_second=[20, 10, 20, 10]))
     readings: npt.NDArray[np.float32] = material(plan.directions)
     fitted: glimpse.FittedMaterial = recipe.fit(readings, plan.directions, quantity="brdf")
-    for outlier in fitted.outliers:
-        print(outlier.sample, outlier.z, outlier.measured, outlier.predicted, outlier.status)
+    for outlier in fitted.report["readings"]["outliers"]:
+        print(outlier["sample"], outlier["z"], outlier["reading"], outlier["expected"], outlier["status"])
     fitted.save(path, "rgl", overwrite=True)
     evaluation = glimpse.evaluate(recipe, "procedural:3:1")
     directions: npt.NDArray[np.float64] = glimpse.directions()
     rows = glimpse.compare(material, [fitted, "procedural:2"])
     print(rows[0]["name"], plot.lobes([material, fitted], 30.0), plot.plan(plan))
     loss: float = glimpse.loss(gray(directions[:, 0], directions[:, 1]), fitted)
-    return loss + evaluation["loss"] + evaluation["materials"][0]["delta_e"] + fitted.predicted_loss
+    expected = fitted.report["expected_loss"]
+    return loss + evaluation["loss"] + evaluation["materials"][0]["delta_e"] + (expected["loss"] if expected else 0.0)

@@ -74,8 +74,8 @@ impl<'a> Layout<'a> {
         let first_row = lines.iter().position(|line| !is_comment(&line));
         let comments = &lines[..first_row.unwrap_or(lines.len())];
         // Two known names identify the line. With fewer, the first line is named in an error.
-        let find = |least: usize| {
-            let has_names = |(_, line): &&(usize, &str)| names_of(line).2 >= least;
+        let find = |min_known: usize| {
+            let has_names = |(_, line): &&(usize, &str)| Header::parse(line).known >= min_known;
             let mut uncommented = lines.iter().filter(|line| !is_comment(line));
             let line = uncommented.find(has_names);
             line.or_else(|| comments.iter().rfind(has_names))
@@ -83,10 +83,11 @@ impl<'a> Layout<'a> {
         let line = [2, 1, 0].into_iter().find_map(find);
         let &(number, line) =
             line.ok_or("it is empty; name the columns, separated by commas, in line 1")?;
-        let (cells, separator, _) = names_of(line);
+        let header = Header::parse(line);
+        let separator = header.separator;
         let mut units = Vec::new();
         let mut names = Vec::new();
-        for cell in cells {
+        for cell in header.cells {
             let (name, unit) = name_and_unit(&cell);
             units.extend(Unit::new(number as u64, &name, unit));
             names.push(name);
@@ -113,22 +114,37 @@ impl<'a> Layout<'a> {
     }
 }
 
-/// Splits a line of column names. Returns its cells, the separator, and the number of cells with known names.
-fn names_of(line: &str) -> (Vec<String>, char, usize) {
-    let line = line.trim_start_matches(COMMENT);
-    let split = [SPACES, '\t', ';', ','].map(|separator| {
-        let cells = split(line, separator);
-        let known = cells
-            .iter()
-            .filter(|cell| is_known(&name_and_unit(cell).0))
-            .count();
-        // A sentence may contain names.
-        let is_sentence = separator == SPACES && known < cells.len();
-        (cells, separator, if is_sentence { 0 } else { known })
-    });
-    // The last one of those with the largest count.
-    let split = split.into_iter().max_by_key(|(.., known)| *known);
-    split.unwrap_or_default()
+/// A line that may name the columns.
+#[derive(Default)]
+struct Header {
+    cells: Vec<String>,
+    separator: char,
+    /// The number of cells with known names.
+    known: usize,
+}
+
+impl Header {
+    /// Splits a line by the separator with the most known names.
+    fn parse(line: &str) -> Self {
+        let line = line.trim_start_matches(COMMENT);
+        let headers = [SPACES, '\t', ';', ','].map(|separator| {
+            let cells = split(line, separator);
+            let is_known = |cell: &&String| is_known(&name_and_unit(cell).0);
+            let known = cells.iter().filter(is_known).count();
+            // A sentence may contain names.
+            let is_sentence = separator == SPACES && known < cells.len();
+            Self {
+                cells,
+                separator,
+                known: if is_sentence { 0 } else { known },
+            }
+        });
+        // The last one of those with the largest count.
+        let headers = headers.into_iter();
+        headers
+            .max_by_key(|header| header.known)
+            .unwrap_or_default()
+    }
 }
 
 /// Returns the name of a column in lowercase, and the unit after it, in brackets.

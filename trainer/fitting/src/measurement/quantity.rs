@@ -91,10 +91,7 @@ impl ReadingQuantity {
         rows: &Rows,
     ) -> Option<Self> {
         let stated = || {
-            let name = match rows.stated_quantity()? {
-                "brdf-cos" => "brdf-cos-o",
-                name => name,
-            };
+            let name = rows.stated_quantity()?;
             let named = QUANTITIES.iter().find(|(known, _)| *known == name);
             named.map(|(_, multiple)| *multiple)
         };

@@ -123,7 +123,11 @@ impl Rows {
                     ),
                 ));
             }
-            let quantity = table.cell(row, "quantity").to_lowercase();
+            let mut quantity = table.cell(row, "quantity").to_lowercase();
+            // ASTM's name, which the options accept as well.
+            if quantity == "brdf-cos" {
+                quantity = "brdf-cos-o".to_owned();
+            }
             let is_known = |(_, known): &(u64, String)| *known == quantity;
             if !quantity.is_empty() && !all.quantities.iter().any(is_known) {
                 all.quantities.push((row.line, quantity));
@@ -208,21 +212,16 @@ impl Rows {
     /// # Errors
     /// The first row with another quantity.
     pub fn check_quantity(&self, name: &str) -> Result<(), TableError> {
-        // `brdf-cos` is an alias of ASTM's quantity, which the options accept as well.
-        let is_other = |(_, stated): &&(u64, String)| {
-            stated != name && !(stated == "brdf-cos" && name == "brdf-cos-o")
+        let mut quantities = self.quantities.iter();
+        let Some((line, stated)) = quantities.find(|(_, stated)| stated != name) else {
+            return Ok(());
         };
-        match self.quantities.iter().find(is_other) {
-            None => Ok(()),
-            Some((line, stated)) => Err(self.line_error(
-                *line,
-                &format!(
-                    "column quantity: it is `{}`, but the options or an earlier row state `{name}`; give the options \
-                     of that quantity, or correct the column",
-                    escaped(stated)
-                ),
-            )),
-        }
+        let message = format!(
+            "column quantity: it is `{}`, but the options or an earlier row state `{name}`; give the options of that \
+             quantity, or correct the column",
+            escaped(stated)
+        );
+        Err(self.line_error(*line, &message))
     }
 
     /// Returns an error that concerns one row.

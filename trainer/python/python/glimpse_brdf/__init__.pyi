@@ -26,7 +26,6 @@ __all__ = [
     "ImplausibleError",
     "Machine",
     "Material",
-    "Outlier",
     "Plan",
     "Progress",
     "Proposals",
@@ -48,10 +47,43 @@ class ImplausibleError(GlimpseError):
     fit: FittedMaterial
 
 @type_check_only
-class _Residual(TypedDict):
-    mean: float
-    worst: float
-    worst_sample: int
+class _Sample(TypedDict):
+    sample: int
+    status: Literal["used", "missing", "saturated", "outlier"]
+
+@type_check_only
+class _Outlier(_Sample):
+    z: float
+    threshold: float
+    reading: list[float]
+    expected: list[float]
+
+@type_check_only
+class _Readings(TypedDict):
+    used: int
+    unused: list[_Sample]
+    saturated: list[int]
+    no_light: list[int]
+    repeated: int
+    largest_spread: Optional[float]
+    most_spread: Optional[int]
+    outliers: list[_Outlier]
+
+@type_check_only
+class _ExpectedLoss(TypedDict):
+    loss: float
+    bound: Optional[float]
+    unlike_training: Optional[bool]
+
+@type_check_only
+class _FitReport(TypedDict):
+    trainer: str
+    recipe: dict[str, Any]
+    measured: dict[str, Any]
+    readings: _Readings
+    residual: dict[str, Any]
+    expected_loss: Optional[_ExpectedLoss]
+    spectrum: Optional[dict[str, Any]]
 
 @type_check_only
 class _MaterialReport(TypedDict):
@@ -115,38 +147,13 @@ class FittedMaterial(Material):
     @property
     def parameters(self) -> _Float32Array: ...
     @property
-    def predicted_loss(self) -> float: ...
-    @property
-    def loss_bound(self) -> Optional[float]: ...
-    @property
-    def off_pattern(self) -> bool: ...
+    def report(self) -> _FitReport: ...
     @property
     def directions(self) -> _Float64Array: ...
     def deviation(self, incoming: npt.ArrayLike, outgoing: Optional[npt.ArrayLike] = None) -> _Float32Array: ...
     @property
     def wavelengths(self) -> Optional[_Float32Array]: ...
     def spectrum(self, incoming: npt.ArrayLike, outgoing: Optional[npt.ArrayLike] = None) -> _Float32Array: ...
-    @property
-    def unlike_training(self) -> Optional[bool]: ...
-    @property
-    def residual(self) -> _Residual: ...
-    @property
-    def statuses(self) -> list[Literal["used", "missing", "saturated", "outlier"]]: ...
-    @property
-    def outliers(self) -> list[Outlier]: ...
-
-@final
-class Outlier:
-    @property
-    def sample(self) -> int: ...
-    @property
-    def z(self) -> float: ...
-    @property
-    def measured(self) -> list[float]: ...
-    @property
-    def predicted(self) -> list[float]: ...
-    @property
-    def status(self) -> Literal["used", "outlier"]: ...
 
 @final
 class Plan:

@@ -82,61 +82,6 @@ fn every_model_completes_readings() {
     }
 }
 
-/// The same directions by other columns, units and conventions give the same fit.
-#[test]
-fn conventions_agree() {
-    let folder = Folder::new();
-    let readings = read(&folder);
-    folder.succeed("fit --measurements read.csv --out plain");
-    type Row = fn([f64; 2]) -> String;
-    let cases: [(&str, &str, Row); 5] = [
-        ("theta_i,theta_o,phi", "", |[i, o]| {
-            format!("{i},{},{}", o.abs(), if o < 0.0 { 0 } else { 180 })
-        }),
-        (
-            "theta_i,phi_i,theta_o,phi_o",
-            "--convention signed",
-            |[i, o]| format!("{},180,{o},180", -i),
-        ),
-        (
-            "theta_i,theta_o,phi",
-            "--convention from-mirror",
-            |[i, o]| format!("{i},{},{}", o.abs(), if o < 0.0 { 180 } else { 0 }),
-        ),
-        ("theta_i,theta_o,phi", "--convention elevation", |[i, o]| {
-            format!(
-                "{},{},{}",
-                90.0 - i,
-                90.0 - o.abs(),
-                if o < 0.0 { 0 } else { 180 }
-            )
-        }),
-        ("theta_i,theta_o", "--unit radians", |[i, o]| {
-            format!("{:.9},{:.9}", i.to_radians(), o.to_radians())
-        }),
-    ];
-    for (index, (columns, options, row)) in cases.into_iter().enumerate() {
-        let rows = IN_PLANE.iter().zip(&readings);
-        let rows = rows.map(|(angles, reading)| format!("{},{reading}\n", row(*angles)));
-        // A row without a reading is ignored.
-        let (rows, empty) = (rows.collect::<String>(), row([12.0, 77.0]));
-        let text = format!("{columns},r,g,b\n{rows}{empty},,,\n");
-        folder.write(&format!("{index}.csv"), text);
-        folder.succeed(&format!(
-            "fit --measurements {index}.csv --out {index} {options}"
-        ));
-        let fitted = values(&folder, &index.to_string());
-        assert_near(&values(&folder, "plain"), &fitted, 1e-3);
-    }
-    folder.fail_each(
-        "",
-        &[
-            "fit --measurements 4.csv --out x => 4.csv --unit",
-            "query procedural:1 --angles 4.csv --out x.csv => 4.csv --unit",
-        ],
-    );
-}
-
 /// Noise, repeated directions, one channel, and the index of a plan.
 #[test]
 fn rows_state_noise_and_repeat() {

@@ -6,7 +6,8 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Quantity;
 use glimpse_core::model::ModelKind;
 use glimpse_fitting::measurement::{
-    AngleArgs, Fit, FitFailure, LabReading, NamedRecipe, ReadingQuantity, Readings, Rows,
+    AngleArgs, AngleConvention, AngleUnit, Fit, FitFailure, IsotropicAngles, LabReading,
+    NamedRecipe, ReadingQuantity, Readings, Rows,
 };
 use glimpse_training::recipe::RecipeDefect;
 
@@ -29,6 +30,50 @@ fn recipe_at_directions_names_its_defect() {
         phi_d: 0.0,
     };
     assert!(matches!(defect(&any, &[below]), RecipeDefect::Recipe(_)));
+}
+
+/// The same directions by other columns, units and conventions.
+#[test]
+fn conventions_agree() {
+    use AngleConvention::{Elevation, FromMirror, Signed};
+
+    let read = |convention: &[AngleConvention], unit, text: &str| {
+        let args = AngleArgs {
+            unit,
+            convention: convention.to_vec(),
+        };
+        let rows = rows(text, &args).expect("the file is read");
+        let any = NamedRecipe::any(ModelKind::Linear);
+        let readings = Readings::new(&any, rows, ReadingQuantity::of(Quantity::Brdf));
+        let pattern = readings.expect("valid readings").pattern();
+        let pattern = pattern.iter().map(|angles| angles.map(f64::from));
+        pattern
+            .map(IsotropicAngles::from_angles)
+            .collect::<Vec<_>>()
+    };
+    let in_plane = "theta_i,theta_o,value\n45,60,1\n45,-30,1\n30,0,1\n";
+    let expected = read(&[], None, in_plane);
+    assert_eq!(expected.len(), 3);
+    // A row without a reading is ignored.
+    let relative = "theta_i,theta_o,phi,value\n45,60,180,1\n45,30,0,1\n12,77,0,\n30,0,180,1\n";
+    let from_mirror = "theta_i,theta_o,phi,value\n45,60,0,1\n45,30,180,1\n30,0,0,1\n";
+    let elevation = "theta_i,theta_o,phi,value\n45,30,180,1\n45,60,0,1\n60,90,180,1\n";
+    let signed =
+        "theta_i,phi_i,theta_o,phi_o,value\n-45,180,60,180,1\n-45,180,-30,180,1\n-30,180,0,180,1\n";
+    let radians = "theta_i,theta_o,value\n0.785398163,1.047197551,1\n0.785398163,-0.523598776,1\n0.523598776,0,1\n";
+    for (convention, unit, text) in [
+        (&[][..], None, relative),
+        (&[FromMirror], None, from_mirror),
+        (&[Elevation], None, elevation),
+        (&[Signed], None, signed),
+        (&[], Some(AngleUnit::Radians), radians),
+    ] {
+        let actual = read(convention, unit, text);
+        assert_eq!(actual.len(), expected.len(), "{text}");
+        for (actual, expected) in actual.iter().zip(&expected) {
+            assert!(actual.distance(expected).radians < 1e-6, "{text}");
+        }
+    }
 }
 
 #[test]
