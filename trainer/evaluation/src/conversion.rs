@@ -52,7 +52,7 @@ pub enum ConversionError {
     AsFitted(OutputFormat),
     /// The ending of a path is not that of a format.
     #[error(
-        "{} does not have the ending of a format: use .binary, .bsdf, .ssdd, .xompt, _fc1.npy, .gltf or .mtlx, or give {}",
+        "{} does not have the ending of a format: use .binary, .bsdf, .ssdd, _brdf.xompt, _fc1.npy, .gltf or .mtlx, or give {}",
         .0.display(), Name("format")
     )]
     UnknownEnding(PathBuf),

@@ -46,7 +46,7 @@ pub(crate) struct Convert {
     /// File to write; for nbrdf one of the six files or NAME, for pab NAME
     #[arg(value_name = "OUT")]
     out: PathBuf,
-    /// Output format [default: by the ending of OUT: .binary, .bsdf, _spec.bsdf, .ssdd, .xompt, .npy,
+    /// Output format [default: by the ending of OUT: .binary, .bsdf, _spec.bsdf, .ssdd, _brdf.xompt, _fc1.npy,
     /// .gltf, .mtlx or _principled.json]
     #[arg(long, value_parser = formats::parser())]
     format: Option<OutputFormat>,
