@@ -3,7 +3,7 @@
 //! The list has the modules in order, lowest first. The program is a library, so that it
 //! compiles while the libraries below it are still being optimized.
 //!
-//! - [`report`]: tables, plots, pages
+//! - `report`: tables, plots, pages
 //! - [`benchmark`]: timing of the computations that dominate training
 //! - `experiment`: the paper's tables and figures
 //! - `commands`: one file per subcommand
@@ -11,7 +11,7 @@
 pub mod benchmark;
 mod commands;
 mod experiment;
-pub mod report;
+mod report;
 
 use std::io::Write;
 use std::process::ExitCode;

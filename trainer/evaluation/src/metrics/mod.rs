@@ -88,15 +88,6 @@ impl Metrics {
     pub fn values(&self) -> [f64; METRICS.len()] {
         [self.loss, self.dssim, self.l2, self.psnr, self.delta_e]
     }
-
-    /// Returns a line of text for each metric, for the caption of a picture.
-    #[must_use]
-    pub fn lines(&self) -> Vec<String> {
-        let pairs = METRICS.iter().zip(self.values());
-        pairs
-            .map(|(metric, value)| format!("{} {value:.*}", metric.title, metric.decimals))
-            .collect()
-    }
 }
 
 /// A metric as a column of tables.

@@ -57,7 +57,7 @@ impl Bench {
         );
         // On a thread of the pool, like training.
         let lines = rayon::scope(|_| self.measure());
-        emit(self.json, &lines, || table(&lines).to_text())
+        emit(self.json, &lines, || table(&lines).to_markdown())
     }
 
     fn measure(&self) -> Vec<Line> {

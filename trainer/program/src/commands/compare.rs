@@ -1,23 +1,22 @@
 //! `trainer compare`
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use crate::report::{
-    Cell, Column, Gallery, GalleryRow, Lobe, MAX_LOBES, Page, Table, Tile, lobe, lobe_svg,
-    metric_columns,
-};
-use anyhow::bail;
 use clap::Args;
 use glimpse_evaluation::evaluation::Evaluator;
 use glimpse_evaluation::metrics::{Metrics, color_differences};
-use glimpse_evaluation::render::{Picture, render_sphere};
+use glimpse_evaluation::render::Picture;
 use glimpse_materials::{Material, Source};
 use rayon::prelude::*;
 use serde_json::json;
 
 use super::lock::Lock;
 use super::output::{create_out_folder, file_as_json, write_file};
-use super::{emit, load};
+use super::{emit, load, load_single};
+use crate::report::{
+    Cell, Column, Gallery, GalleryRow, Lobe, MAX_LOBES, Page, Table, Tile, lobe, lobe_svg,
+    metric_columns,
+};
 
 /// Compare materials with a reference.
 ///
@@ -45,12 +44,11 @@ pub(crate) struct Compare {
     json: bool,
 }
 
-/// Width and height of the page's spheres, pixels.
-const SPHERE_SIZE: usize = 256;
 /// The color difference that is white in the pictures of differences.
 const WHITE_DIFFERENCE: f64 = 10.0;
 /// Polar angles of the light in the plots of lobes, degrees.
 const LOBE_THETA_I: [f32; 2] = [30.0, 60.0];
+
 /// A material that is compared.
 struct Compared {
     material: Box<dyn Material>,
@@ -59,28 +57,21 @@ struct Compared {
     /// The material's name, followed by the source if another material or the reference has the same name.
     label: String,
     metrics: Metrics,
+    sphere: Picture,
 }
 
 impl Compare {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
-        let references = load(&self.reference)?;
-        let [reference] = &references[..] else {
-            bail!(
-                "{} has {} materials, but the reference is a single one: name its file",
-                self.reference,
-                references.len()
-            );
-        };
-        let compared = self.compare(&references)?;
-        let table = table(reference.name(), &compared);
-        if let Some(out) = &self.out {
+        let references = [load_single(&self.reference)?];
+        let evaluator = Evaluator::new(&references);
+        let compared = self.compare(&evaluator)?;
+        let table = table(references[0].name(), &compared);
+        let index = self.out.as_ref().map(|out| out.join("index.html"));
+        if let (Some(out), Some(index)) = (&self.out, &index) {
             create_out_folder(out)?;
             let _lock = Lock::of_folder(out)?;
             write_file(&out.join("errors.csv"), table.to_csv().as_bytes(), true)?;
-            write_page(out, &**reference, &compared, &table)?;
-        }
-        let index = self.out.as_ref().map(|out| out.join("index.html"));
-        if let Some(index) = &index {
+            page(&evaluator, &compared, &table)?.write(out)?;
             eprintln!("wrote {}", index.display());
         }
         let rows = compared.iter().map(|compared| {
@@ -90,29 +81,27 @@ impl Compare {
             Ok(row)
         });
         let report = json!({
-            "reference": reference.name(),
+            "reference": references[0].name(),
             "page": index.as_deref().map(file_as_json),
             "materials": rows.collect::<anyhow::Result<Vec<_>>>()?,
         });
         emit(self.json, &report, || {
-            format!("{}\n{}", table.caption, table.to_text())
+            format!("{}\n\n{}", table.caption, table.to_markdown())
         })
     }
 
-    /// Loads the materials and compares them with the only one of `references`.
-    fn compare(&self, references: &[Box<dyn Material>]) -> anyhow::Result<Vec<Compared>> {
+    /// Loads the materials and compares them with the only one of the evaluator.
+    fn compare(&self, evaluator: &Evaluator<'_>) -> anyhow::Result<Vec<Compared>> {
         let mut loaded = Vec::new();
         for source in &self.materials {
             let materials = load(source)?.into_iter();
             loaded.extend(materials.map(|material| (source.to_string(), material)));
         }
-        let names = references
-            .iter()
-            .chain(loaded.iter().map(|(_, material)| material));
+        let materials = loaded.iter().map(|(_, material)| material);
+        let names = evaluator.materials().iter().chain(materials);
         let names: Vec<String> = names.map(|material| material.name().to_owned()).collect();
-        let evaluator = Evaluator::new(references);
         let compared = loaded.into_par_iter().map(|(source, material)| {
-            let (metrics, _) = evaluator.compare(0, &*material)?;
+            let (metrics, sphere) = evaluator.compare(0, &*material)?;
             let name = material.name();
             let count = names.iter().filter(|other| *other == name).count();
             Ok(Compared {
@@ -123,6 +112,7 @@ impl Compare {
                 material,
                 source,
                 metrics,
+                sphere,
             })
         });
         compared.collect()
@@ -139,30 +129,20 @@ fn table(reference: &str, compared: &[Compared]) -> Table {
     Table::new(format!("Errors against {reference}"), columns, rows)
 }
 
-fn write_page(
-    out: &Path,
-    reference: &dyn Material,
-    compared: &[Compared],
-    table: &Table,
-) -> anyhow::Result<()> {
-    let render =
-        |material: &dyn Material| -> Picture { render_sphere(material, SPHERE_SIZE).tone_map() };
-    let sphere = render(reference);
+fn page(evaluator: &Evaluator<'_>, compared: &[Compared], table: &Table) -> anyhow::Result<Page> {
+    let reference = &*evaluator.materials()[0];
     let title = format!("reference: {}", reference.name());
-    let rows = compared.par_iter().map(|compared| {
-        let fitted = render(&*compared.material);
-        let differences = color_differences(&sphere, &fitted, WHITE_DIFFERENCE)?;
-        Ok(GalleryRow {
-            title: compared.label.clone(),
-            tiles: vec![
-                Tile::plain(&title, sphere.clone()),
-                Tile {
-                    details: compared.metrics.lines(),
-                    ..Tile::plain(&compared.label, fitted)
-                },
-                Tile::plain("difference", differences),
-            ],
-        })
+    let rows = compared.iter().map(|compared| {
+        let picture = evaluator.reference(0).clone();
+        let differences = color_differences(&picture, &compared.sphere, WHITE_DIFFERENCE)?;
+        let fit = (
+            compared.label.clone(),
+            compared.metrics,
+            compared.sphere.clone(),
+        );
+        let mut row = GalleryRow::of_fits(&compared.label, picture, vec![fit]);
+        row.tiles.push(Tile::plain("difference", differences));
+        Ok(row)
     });
     let gallery = Gallery {
         caption: format!(
@@ -170,26 +150,25 @@ fn write_page(
         ),
         rows: rows.collect::<anyhow::Result<_>>()?,
     };
-    let mut page = Page::new(format!("Glimpse: comparison with {}", reference.name()))
-        .table(table)
-        .gallery(&gallery)
-        .heading("Lobes");
+    let mut page = Page::new(format!("Glimpse: comparison with {}", reference.name()));
+    page.table(table).gallery(&gallery).heading("Lobes");
     for theta_i in LOBE_THETA_I {
         for some in compared.chunks(MAX_LOBES) {
-            let curve = |brdf: &dyn Material| lobe(brdf, theta_i.to_radians());
-            let lobes = some.iter().enumerate().map(|(index, compared)| Lobe {
-                name: compared.label.clone(),
+            let named = |name: &str, brdf: &dyn Material, is_dashed| Lobe {
+                name: name.to_owned(),
                 theta_i: theta_i.to_radians(),
-                curve: curve(&*compared.material),
-                dashed: (index == 0).then(|| (title.clone(), curve(reference))),
+                curve: lobe(brdf, theta_i.to_radians()),
+                is_dashed,
                 deviations: Vec::new(),
-            });
-            let svg = lobe_svg(&lobes.collect::<Vec<_>>());
-            page = page.drawing(
-                &svg,
+            };
+            let lobes = some.iter();
+            let lobes = lobes.map(|compared| named(&compared.label, &*compared.material, false));
+            let lobes: Vec<Lobe> = lobes.chain([named(&title, reference, true)]).collect();
+            page.drawing(
+                &lobe_svg(&lobes),
                 &format!("Luminance in the plane of incidence, light at {theta_i} degrees"),
             );
         }
     }
-    Ok(page.write(out)?)
+    Ok(page)
 }

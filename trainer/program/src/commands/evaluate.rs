@@ -13,10 +13,14 @@ use glimpse_materials::basis::Basis;
 use super::adaptive::AdaptiveArgs;
 use super::evaluation_report::{Comparison, RecipeReport};
 use super::export_basis::read_compact;
+use super::fits::{NamedMethod, add_fits};
 use super::geometry::GeometryArgs;
+use super::lock::Lock;
+use super::output::create_out_folder;
 use super::progress::StepProgress;
 use super::training_overlap::training_overlaps;
 use super::{load, numbers, print, print_json};
+use crate::report::Page;
 
 /// Evaluate recipes on materials.
 ///
@@ -26,13 +30,15 @@ use super::{load, numbers, print, print_json};
 /// - loss: the mean cosine-weighted logarithmic error over 40,503 fixed directions, uniform in the
 ///   Rusinkiewicz angles (definition: docs/results.md);
 /// - DSSIM, L2, PSNR and delta E (mean CIEDE2000 over the disk): errors of a sphere of 128 x 128
-///   pixels, as `trainer render sphere --size 128` draws it.
+///   pixels, as `trainer render sphere` draws it.
 ///
 /// With dropped or noisy readings, results are means over seeds. The standard error is over the
 /// materials: it estimates how much the mean changes with another set of the same size. `trainer
 /// reproduce` evaluates methods without a recipe.
 ///
 /// Each material's loss is also predicted from its readings, and printed next to the true one.
+///
+/// With --out, the folder DIR gets a page, index.html, of the materials' spheres and those of their fits.
 ///
 /// Several recipes are compared in one table, by paired differences to the first recipe. Training
 /// materials are marked, since losses on them say nothing about unseen materials.
@@ -75,6 +81,9 @@ pub(crate) struct Evaluate {
     /// [default: 5]
     #[arg(long, value_name = "COUNT", value_parser = numbers::seeds)]
     seeds: Option<u64>,
+    /// Folder for a page, index.html, with a sphere of each fit
+    #[arg(long, short, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -110,7 +119,7 @@ impl Evaluate {
         let progress = StepProgress::new("rendering the materials", materials.len());
         let evaluator = Evaluator::new(&materials);
         drop(progress);
-        let mut reports = Vec::new();
+        let (mut reports, mut methods) = (Vec::new(), Vec::new());
         for ((path, named), adaptive) in self.recipe.iter().zip(&recipes).zip(&adaptive) {
             let recipe = named.file.recipe();
             let mut method = match adaptive {
@@ -141,6 +150,17 @@ impl Evaluate {
                 training_overlaps(trained_on.as_ref(), &materials),
                 target.transpose()?,
             )?);
+            let name = path.display().to_string();
+            methods.push(NamedMethod::of_recipe(&name, &recipe, method)?);
+        }
+        if let Some(out) = &self.out {
+            create_out_folder(out)?;
+            let _lock = Lock::of_folder(out)?;
+            let mut page = Page::new("Glimpse: scans and their materials");
+            let caption = format!("Test set: {} ({} materials)", self.test, materials.len());
+            add_fits(&mut page, &caption, &evaluator, &methods, seed)?;
+            page.write(out)?;
+            eprintln!("wrote {}", out.join("index.html").display());
         }
         match (&reports[..], self.json) {
             ([one], false) => print(&one.to_text()),

@@ -202,7 +202,7 @@ impl RecipeReport {
             report.method,
             report.model,
             report.samples,
-            Table::new("", columns, rows).to_text()
+            Table::new("", columns, rows).to_markdown()
         );
         if let Some(error) = report.loss_standard_error {
             text += &format!(
@@ -323,7 +323,7 @@ impl<'a> Comparison<'a> {
         let mut text = format!(
             "{}\nDifferences are paired by material; their standard error is over the {count} \
              differences.\n",
-            Table::new("", columns, rows).to_text()
+            Table::new("", columns, rows).to_markdown()
         );
         for each in self.recipes {
             for remark in each.remarks() {

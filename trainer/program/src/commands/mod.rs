@@ -11,6 +11,7 @@ mod expected_loss;
 pub(crate) mod export;
 mod export_basis;
 pub(crate) mod fit;
+mod fits;
 mod formats;
 mod geometry;
 pub(crate) mod inspect;

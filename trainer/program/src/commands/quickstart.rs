@@ -1,29 +1,20 @@
 //! `trainer quickstart`
 
-use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use crate::report::{Cell, Column, Gallery, GalleryRow, Page, Table, metric_columns, pattern_svg};
 use anyhow::Context;
 use clap::Args;
-use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::{Evaluator, Method, SPHERE_SIZE, names};
-use glimpse_evaluation::metrics::Metrics;
-use glimpse_evaluation::render::Picture;
 use glimpse_fitting::bundled::{self, BundledRecipe};
-use glimpse_materials::{Material, Source};
-use glimpse_training::meta::options::Effort;
+use glimpse_materials::Source;
 use glimpse_training::meta::run::INNER_STEPS;
-use glimpse_training::recipe::Metadata;
-use glimpse_training::route::{Machine, Order, Route};
-use rayon::prelude::*;
 
+use super::fits::{NamedMethod, add_fits};
 use super::lock::Lock;
 use super::output::{check_out, create_out_folder, write_file};
-use super::progress::StepProgress;
 use super::{load, print};
+use crate::report::{Page, pattern_svg};
 
 /// Number of procedural test materials, and the largest number of materials of --data.
 const MATERIAL_COUNT: usize = 8;
@@ -38,8 +29,6 @@ const RECIPES_BY_SAMPLES: [&str; 6] = [
 ];
 /// The bundled recipe that is compared with the paper's methods, and written to the output folder.
 const MAIN_RECIPE: &str = "neural-n8";
-/// The pictured methods: all but the first, Random.
-const PICTURED: Range<usize> = 1..4;
 
 /// Scan unseen materials with bundled recipes, and write a page of results: start here.
 ///
@@ -52,8 +41,9 @@ const PICTURED: Range<usize> = 1..4;
 ///   Cortex-M4F;
 /// - the paper's methods at n = 8, trained with the paper's schedule, and the recipe for n = 8.
 ///
-/// The command trains nothing and takes 10 to 30 seconds. DIR/neural-n8.recipe is the bundled recipe
-/// for n = 8, for use in other commands such as `trainer plan` and `trainer inspect`.
+/// The command trains nothing and takes 10 to 30 seconds. `trainer evaluate --out` writes such a page of
+/// other recipes. DIR/neural-n8.recipe is the bundled recipe for n = 8, for use in other commands such as
+/// `trainer plan` and `trainer inspect`.
 ///
 /// Example: trainer quickstart
 ///          trainer quickstart --seed 7 --out other/
@@ -93,107 +83,48 @@ impl Quickstart {
             eprintln!("the page shows the first {MATERIAL_COUNT} of them");
             materials.truncate(MATERIAL_COUNT);
         }
-        let count = materials.len();
-        let evaluator = Evaluator::new(&materials);
-
-        let mut by_samples = Vec::new();
-        for name in RECIPES_BY_SAMPLES {
-            by_samples.push(ComparedMethod::from_bundled(find_bundled(name)?)?);
-        }
-        let progress = StepProgress::new("scanning with bundled recipes", count);
-        let scans_by_samples = scan_all(&evaluator, &by_samples, seed, &progress)?;
-        drop(progress);
-
-        let paper = &bundled::PAPER;
-        let recipe = paper.recipe()?;
-        let methods = [
-            ComparedMethod {
-                label: names::RANDOM.into(),
-                method: Method::random(ModelKind::Neural, recipe.samples(), INNER_STEPS),
-                cycles: None,
-                seconds: None,
-            },
-            ComparedMethod {
-                label: names::META.into(),
-                method: Method::meta(&recipe, None)?,
-                cycles: None,
-                seconds: None,
-            },
-            ComparedMethod {
-                label: names::PAPER.into(),
-                ..ComparedMethod::from_bundled(paper)?
-            },
-            ComparedMethod {
-                label: names::GLIMPSE.into(),
-                ..ComparedMethod::from_bundled(main_recipe)?
-            },
-        ];
-        let progress = StepProgress::new("scanning with the paper's methods", count);
-        let scans_of_methods = scan_all(&evaluator, &methods, seed, &progress)?;
-        drop(progress);
-
         let origin = match self.data {
             Some(_) => "",
             None => ", made by the generator whose materials trained the bundled recipes",
         };
-        let test = format!("Test set: {source} ({count} materials){origin}");
-        let samples_table = table(
-            format!("Bundled recipes of the model neural. {test}"),
-            &by_samples,
-            &scans_by_samples,
-        );
-        let methods_table = table(
-            format!(
-                "Methods for the model neural at n = {}. {test}",
-                recipe.samples(),
-            ),
-            &methods,
-            &scans_of_methods,
-        );
+        let test = format!("Test set: {source} ({} materials){origin}", materials.len());
+        let evaluator = Evaluator::new(&materials);
+
+        let by_samples = RECIPES_BY_SAMPLES.map(|name| method(find_bundled(name)?, name));
+        let by_samples = by_samples.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
+        let meta = NamedMethod {
+            name: names::META.to_owned(),
+            method: Method::meta(&bundled::PAPER.recipe()?, None)?,
+            seconds: None,
+            cycles: None,
+        };
+        let compared = [
+            meta,
+            method(&bundled::PAPER, names::PAPER)?,
+            method(main_recipe, names::GLIMPSE)?,
+        ];
+        let mut page = Page::new("Glimpse: materials from few measurements");
+        page.paragraph(INTRODUCTION).paragraph(&explanation());
+        for (title, methods) in [
+            ("Recipes by number of measurements", &by_samples[..]),
+            ("The paper's methods and Glimpse", &compared),
+        ] {
+            page.heading(title);
+            let caption = format!("{title}. {test}");
+            let table = add_fits(&mut page, &caption, &evaluator, methods, seed)?;
+            print(&format!("{caption}\n\n{}\n", table.to_markdown()))?;
+        }
         let pattern: Vec<_> = main_recipe.recipe()?.pattern().collect();
-        Page::new("Glimpse: materials from few measurements")
-            .paragraph(INTRODUCTION)
-            .table(&samples_table)
-            .paragraph(&explain_columns())
-            .paragraph(&measured_losses(&by_samples))
-            .heading("Spheres by number of measurements")
-            .gallery(&gallery(
-                test.clone(),
-                &evaluator,
-                &by_samples,
-                &scans_by_samples,
-                0,
-            ))
-            .heading("The paper's methods")
-            .gallery(&gallery(
-                test,
-                &evaluator,
-                &methods[PICTURED],
-                &scans_of_methods,
-                PICTURED.start,
-            ))
-            .table(&methods_table)
-            .paragraph(&explain_methods())
-            .heading("Directions of a recipe")
+        page.heading("Directions of a recipe")
             .drawing(
                 &pattern_svg(&pattern),
-                &format!(
-                    "The directions of {MAIN_RECIPE}, {}",
-                    describe_training(&main_recipe.recipe()?)?
-                ),
+                &format!("The directions of {MAIN_RECIPE}"),
             )
             .heading("Next: your own materials")
             .paragraph(NEXT_STEP)
             .code(TRAIN_COMMAND)
             .write(&self.out)?;
-        print(&format!(
-            "{}\n{}\n{}\n\n{}\n{}\n{BEST_MARK}\n\n{NEXT_STEP}\n  {TRAIN_COMMAND}\n",
-            samples_table.caption,
-            samples_table.to_text(),
-            measured_losses(&by_samples),
-            methods_table.caption,
-            methods_table.to_text()
-        ))?;
+        print(&format!("{NEXT_STEP}\n  {TRAIN_COMMAND}\n"))?;
         eprintln!(
             "wrote {} in {:.0} s",
             index.display(),
@@ -207,49 +138,20 @@ const INTRODUCTION: &str = "A recipe holds learned directions of measurement, an
     parameters of a small network that is fitted to the readings. This page shows scans of unseen \
     materials with bundled recipes for 1, 2, 4, 8 and 16 pairs of directions, and for 16 pairs in 16 seconds. Each material is measured \
     without noise and fitted as on a scanner's microcontroller.";
-const BEST_MARK: &str = "An asterisk marks the best value of a column.";
 const NEXT_STEP: &str =
     "Train a recipe for your own materials at standard effort, in 1 to 5 minutes on two cores:";
 const TRAIN_COMMAND: &str =
     "trainer train --model neural --samples 16 --scan-seconds 16 --data YOUR/ --out mine.recipe";
 
-fn explain_columns() -> String {
-    let machine = Machine::default();
+/// Describes the columns and the methods.
+fn explanation() -> String {
     format!(
-        "The loss is that of the paper: the mean cosine-weighted logarithmic error over directions that are \
-         uniform in (theta_h, theta_d, phi_d). DSSIM and PSNR compare the pictures below, of {SPHERE_SIZE} x \
-         {SPHERE_SIZE} pixels. The duration of a scan covers motion and settling in the fastest order, at {} degrees per second \
-         and with {} s at each sample. The arms start along the normal, with opposite azimuths. The cycles are those of one fit on a Cortex-M4F, \
-         for recipes that the firmware's tests measure. {BEST_MARK}",
-        machine.speeds.theta_i, machine.settle
-    )
-}
-
-/// Returns the losses of bundled recipes on measured materials, for comparison.
-fn measured_losses(methods: &[ComparedMethod<'_>]) -> String {
-    let losses = methods.iter().filter_map(|method| {
-        let losses = bundled::find(&method.label)?.losses()?;
-        let rgl = losses
-            .rgl
-            .map_or_else(String::new, |loss| format!(" ({loss:.4})"));
-        Some(format!("{} {:.4}{rgl}", method.label, losses.merl))
-    });
-    let losses: Vec<String> = losses.collect();
-    format!(
-        "Measured materials have larger losses than those of the built-in generator. On 80 networks of MERL's (and on RGL's 17, by \
-         cross-validation): {}.",
-        losses.join(", ")
-    )
-}
-
-fn explain_methods() -> String {
-    format!(
-        "Random starts from random parameters, and draws random directions once for each material. Meta has \
-         learned initial parameters and step sizes, and random directions. The paper's has learned directions too. \
-         These three take {INNER_STEPS} steps. At effort standard, schedule paper takes 1/{} of the paper's \
-         steps. Glimpse obtains its initial parameters from the readings by learned maps, and takes two Gauss-Newton steps. \
-         Its recipe allows for noisy readings and limited arms; the recipes of the paper's methods do not.",
-        Effort::Standard.paper_step_divisor()
+        "The loss is the paper's mean cosine-weighted logarithmic error. The other errors compare pictures of {SPHERE_SIZE} x \
+         {SPHERE_SIZE} pixels. The duration of a scan covers motion and settling in the fastest order (trainer plan). The cycles \
+         are those of one fit on a Cortex-M4F. Measured materials have larger losses, which `trainer recipes list` prints. Meta \
+         has learned initial parameters and step sizes, and random directions; the paper's has learned directions too. Both take \
+         {INNER_STEPS} steps. Glimpse obtains its initial parameters from the readings by learned maps, and takes two \
+         Gauss-Newton steps."
     )
 }
 
@@ -257,107 +159,8 @@ fn find_bundled(name: &str) -> anyhow::Result<&'static BundledRecipe> {
     bundled::find(name).with_context(|| format!("the program lacks the bundled recipe {name}"))
 }
 
-/// One of the compared methods.
-struct ComparedMethod<'a> {
-    label: String,
-    method: Method<'a>,
-    /// Cycles of a fit on a Cortex-M4F, if they were measured.
-    cycles: Option<u64>,
-    /// Duration of a scan in seconds; None if the directions differ between materials.
-    seconds: Option<f64>,
-}
-
-impl ComparedMethod<'static> {
-    /// Creates the method of a bundled recipe without a basis.
-    fn from_bundled(bundled: &'static BundledRecipe) -> anyhow::Result<Self> {
-        let recipe = bundled.recipe()?;
-        let machine = Metadata::of(&recipe)?.machine();
-        let route = Route::of_recipe(&recipe, &machine, Order::Travel);
-        Ok(Self {
-            label: bundled.name.into(),
-            method: Method::with_recipe(&recipe, None)?,
-            cycles: bundled.cycles(),
-            seconds: route.map(|route| route.total()),
-        })
-    }
-}
-
-/// Describes the schedule, effort and training set of a recipe.
-fn describe_training(recipe: &Recipe<'_>) -> anyhow::Result<String> {
-    let training = Metadata::of(recipe)?.training;
-    let training = training.context("a bundled recipe does not state its training")?;
-    Ok(format!(
-        "trained with schedule {} on {}",
-        training.describe_schedule(),
-        training.data
-    ))
-}
-
-/// The errors and the sphere of each method on a material.
-type MaterialResults = Vec<(Metrics, Picture)>;
-
-fn scan_all(
-    evaluator: &Evaluator<'_>,
-    methods: &[ComparedMethod<'_>],
-    seed: u64,
-    progress: &StepProgress,
-) -> anyhow::Result<Vec<MaterialResults>> {
-    let scan = |index: usize| -> anyhow::Result<MaterialResults> {
-        let material: &dyn Material = &*evaluator.materials()[index];
-        let results = methods.iter().map(|method| {
-            let seed = seed.wrapping_add(index as u64);
-            let fitted = method.method.fit(material, seed)?;
-            Ok(evaluator.compare(index, &fitted)?)
-        });
-        let results = results.collect();
-        progress.increment();
-        results
-    };
-    (0..evaluator.materials().len())
-        .into_par_iter()
-        .map(scan)
-        .collect()
-}
-
-/// Returns a table of means over the materials, and of the costs of each method.
-fn table(caption: String, methods: &[ComparedMethod<'_>], results: &[MaterialResults]) -> Table {
-    let rows = methods.iter().enumerate().map(|(index, method)| {
-        let metrics = results.iter().map(|results| results[index].0);
-        let mean = Metrics::mean(metrics).unwrap_or_default();
-        let mut row = vec![method.label[..].into()];
-        row.extend(Cell::of_metrics(&mean));
-        row.push(method.seconds.into());
-        row.push(method.cycles.map(|cycles| cycles as f64).into());
-        row
-    });
-    let mut columns = vec![Column::text("Method")];
-    columns.extend(metric_columns());
-    columns.push(Column::plain("Scan (s)", 1));
-    columns.push(Column::plain("Fit (cycles)", 0));
-    Table::new(caption, columns, rows)
-}
-
-/// Returns the pictures of each material, and of its scans with their errors. `first` is the result of the first method.
-fn gallery(
-    caption: String,
-    evaluator: &Evaluator<'_>,
-    methods: &[ComparedMethod<'_>],
-    results: &[MaterialResults],
-    first: usize,
-) -> Gallery {
-    let rows = results.iter().enumerate().map(|(index, results)| {
-        let fits = methods.iter().zip(&results[first..]);
-        let fits = fits
-            .map(|(method, (metrics, picture))| (method.label.clone(), *metrics, picture.clone()));
-        let reference = evaluator.reference(index).clone();
-        GalleryRow::of_fits(
-            evaluator.materials()[index].name(),
-            reference,
-            fits.collect(),
-        )
-    });
-    Gallery {
-        caption,
-        rows: rows.collect(),
-    }
+/// Creates the method of a bundled recipe without a basis.
+fn method(bundled: &'static BundledRecipe, name: &str) -> anyhow::Result<NamedMethod<'static>> {
+    let recipe = bundled.recipe()?;
+    NamedMethod::of_recipe(name, &recipe, Method::with_recipe(&recipe, None)?)
 }

@@ -80,7 +80,7 @@ impl Recipes {
                 let entries: Vec<Entry> = entries.collect::<anyhow::Result<_>>()?;
                 emit(list.json, &entries, || {
                     let table = table(&entries);
-                    format!("{}\n{}", table.caption, table.to_text())
+                    format!("{}\n{}", table.caption, table.to_markdown())
                 })
             }
             Action::Get(get) => get.run(),

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{anyhow, bail};
+use anyhow::{bail, ensure};
 use clap::Args;
+use clap::builder::PossibleValuesParser;
 use glimpse_evaluation::evaluation::TrainingMaterials;
 use glimpse_materials::Source;
-use glimpse_training::choice::Choice;
 use glimpse_training::meta::options::Effort;
 
 use super::lock::Lock;
@@ -15,13 +15,14 @@ use super::progress::{catch_interrupts, interrupted};
 use super::train::train_to_file;
 use super::training_overlap::{training_overlaps, warnings};
 use super::{load, numbers, print};
-use crate::experiment::{Experiment, Findings, Plan, Settings, Store, TestSet};
+use crate::experiment::{self, Experiment, Scope, Settings, Store, TestSet};
+use crate::report::Table;
 
 /// Reproduce the paper's tables and figures on your materials.
 ///
 /// Each experiment trains and evaluates methods, and prints its tables, with the paper's numbers
-/// where there are any. It writes them into OUT/EXPERIMENT as CSV, JSON and SVG, and all of them as
-/// the page index.html. Recipes and evaluations are saved in OUT. Experiments share them, and the
+/// where there are any. It writes them into OUT/EXPERIMENT as CSV and SVG, and all of them as the page
+/// index.html; evaluations.csv has a row for each evaluation. Recipes and evaluations are saved in OUT. Experiments share them, and the
 /// same command continues after Ctrl-C or kill -9.
 ///
 /// Example: trainer reproduce same-samples --data MERL-train/ --test MERL-test/ --out paper/
@@ -32,8 +33,8 @@ use crate::experiment::{Experiment, Findings, Plan, Settings, Store, TestSet};
 #[command(verbatim_doc_comment)]
 pub(crate) struct Reproduce {
     /// Name of the experiment
-    #[arg(value_enum)]
-    experiment: Experiment,
+    #[arg(value_parser = PossibleValuesParser::new(experiment::names()))]
+    experiment: String,
     /// Training materials
     #[arg(long, value_name = "SOURCE", default_value = "procedural:100")]
     data: Source,
@@ -69,21 +70,24 @@ pub(crate) struct Reproduce {
 const MAX_SAMPLES: usize = 512;
 
 impl Reproduce {
-    /// Refuses options that the experiment does not use.
-    fn refuse_unused_options(&self) -> anyhow::Result<()> {
-        let name = self.experiment.name();
-        if !self.additional.is_empty() && !self.experiment.evaluates_additional() {
-            bail!("--additional has no effect: {name} evaluates on --test only; remove it");
-        }
-        if self.max_samples.is_some() && !self.experiment.varies_samples() {
-            bail!("--most-samples has no effect: {name} has a fixed n; remove it");
-        }
+    /// Refuses options that no experiment uses.
+    fn refuse_unused_options(&self, experiments: &[&Experiment]) -> anyhow::Result<()> {
+        let name = &self.experiment;
+        ensure!(
+            self.additional.is_empty() || experiments.iter().any(|one| one.evaluates_additional()),
+            "--additional has no effect: {name} evaluates on --test only; remove it"
+        );
+        ensure!(
+            self.max_samples.is_none() || experiments.iter().any(|one| one.varies_samples()),
+            "--most-samples has no effect: {name} has a fixed n; remove it"
+        );
         Ok(())
     }
 
     /// Runs the experiments.
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        self.refuse_unused_options()?;
+        let experiments = experiment::named(&self.experiment, !self.additional.is_empty());
+        self.refuse_unused_options(&experiments)?;
         catch_interrupts()?;
         create_out_folder(&self.out)?;
         let _lock = Lock::of_folder(&self.out)?;
@@ -126,49 +130,44 @@ impl Reproduce {
             paper_effort: self.paper_effort.unwrap_or(self.effort),
             seed,
             seeds: self.seeds,
+            interrupted,
         };
         let train = |options: &_, materials, checkpoints: &_, data: &str, out: &Path| {
-            train_to_file(options, materials, checkpoints, data, out).map(drop)
+            let outcome = train_to_file(options, materials, checkpoints, data, out);
+            // After Ctrl-C, training has saved its state and ends with an error.
+            ensure!(!interrupted(), "stopped: repeat the command to continue");
+            outcome.map(drop)
+        };
+        let scope = Scope {
+            max_samples,
+            training_count: training.len(),
         };
         let store = Store::open(settings, &training, &sets, &train)?;
         drop(training);
-        let experiments = self.experiment.expand(!self.additional.is_empty());
-        let plans = experiments.iter();
-        let plans = plans.map(|experiment| experiment.plan(&store, max_samples));
-        let plans = plans.collect::<anyhow::Result<Vec<Plan>>>()?;
-        for (number, (experiment, plan)) in (1..).zip(experiments.iter().zip(&plans)) {
-            let name = experiment.name();
-            eprintln!("[{number}/{}] {name}", plans.len());
-            for work in plan.work() {
-                let outcome = store.perform(&work);
-                // After Ctrl-C, training has saved its state and ends with an error.
-                if interrupted() {
-                    bail!("stopped: repeat the command to continue");
-                }
-                outcome?;
-            }
-            let findings = plan.findings(&store)?;
-            findings.write(&name, &self.out)?;
-            let page = self.out.join(name).join("index.html");
-            eprintln!("wrote {}", page.display());
-            print(&self.format(&findings)?)?;
+        for (number, experiment) in (1..).zip(&experiments) {
+            eprintln!("[{number}/{}] {}", experiments.len(), experiment.name);
+            let folder = self.out.join(experiment.name);
+            let tables = experiment.write(&store, &scope, &folder)?;
+            eprintln!("wrote {}", folder.join("index.html").display());
+            self.print(&tables)?;
         }
         Ok(())
     }
 
-    /// Formats the results of an experiment, or only the table of --table.
-    fn format(&self, findings: &Findings) -> anyhow::Result<String> {
-        match &self.table {
-            None => Ok(findings.to_text() + "\n"),
-            Some(name) => findings
-                .find_table(name)
-                .map(|table| format!("{}\n{}\n", table.to_markdown(), table.caption))
-                .map_err(|names| {
-                    anyhow!(
-                        "--table {name}: unknown table; give one of {}",
-                        names.join(", ")
-                    )
-                }),
+    /// Prints all tables of an experiment, or that of --table.
+    fn print(&self, tables: &[(String, Table)]) -> anyhow::Result<()> {
+        let shown = tables
+            .iter()
+            .filter(|(name, _)| self.table.as_ref().is_none_or(|table| name == table));
+        let texts = shown.map(|(_, table)| format!("{}\n{}\n", table.to_markdown(), table.caption));
+        let texts: Vec<String> = texts.collect();
+        if let (true, Some(table)) = (texts.is_empty(), &self.table) {
+            let names: Vec<&str> = tables.iter().map(|(name, _)| &name[..]).collect();
+            bail!(
+                "--table {table}: unknown table; give one of {}",
+                names.join(", ")
+            );
         }
+        print(&texts.join("\n"))
     }
 }

@@ -1,77 +1,59 @@
 //! Cases that the experiments evaluate, and the trainings that they require.
 
+use std::fmt;
+
+use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
 use glimpse_evaluation::evaluation::names;
 use glimpse_fitting::measurement::Instrument;
-use glimpse_training::choice::Choice;
 use glimpse_training::meta::options::{Schedule, TrainingOptions};
+
+/// All models, in the paper's order.
+pub(super) const MODELS: [ModelKind; 4] = [
+    ModelKind::Phong,
+    ModelKind::CookTorrance,
+    ModelKind::Linear,
+    ModelKind::Neural,
+];
+/// The paper's number of samples n.
+pub(super) const SAMPLES: usize = 8;
+/// The speed of all axes for [`Variation::Within`], in degrees per second.
+pub(super) const MOTION_SPEED: f64 = 10.0;
+/// The number of further steps of [`Variation::Refined`].
+pub(super) const REFINEMENT_STEPS: usize = 10_000;
 
 /// A method that the experiments compare.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Approach {
+pub(super) enum Approach {
+    /// No measurement: f = 0.
+    Black,
     /// Random samples, without meta-learned parts.
     Random,
-    /// Random samples, with the initial parameters and step sizes of the paper's method.
-    Meta,
-    /// The pattern and ridge solve of Nielsen, Jensen and Ramamoorthi 2015, for Linear only.
-    Njr15,
+    /// For Linear, the pattern and ridge solve of Nielsen, Jensen and Ramamoorthi 2015. For other models, random samples
+    /// with the initial parameters and step sizes of the paper's method (Meta).
+    Baseline,
     /// The paper's method: learned initial parameters, step sizes and pattern (schedule paper).
     Paper,
-    /// A learned pattern, and a learned map that completes the readings (schedule prior).
+    /// A learned pattern, and a learned map that completes the readings (schedule prior). With n = 0, a learned prior that
+    /// completes readings at any directions.
     Glimpse,
-    /// A learned prior that completes readings at any directions (schedule prior, without a pattern).
-    Any,
     /// A diffuse and a GGX lobe, fitted by least squares.
     Ggx,
     /// The best fit with unlimited samples.
     Optimum,
 }
 
-impl Approach {
-    /// Returns the name in tables and pictures.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Random => names::RANDOM,
-            Self::Meta => names::META,
-            Self::Njr15 => names::NJR15,
-            Self::Paper => names::PAPER,
-            Self::Glimpse | Self::Any => names::GLIMPSE,
-            Self::Ggx => names::GGX,
-            Self::Optimum => names::OPTIMUM,
-        }
-    }
-
-    /// Returns the schedule of the required training, if any.
-    pub(super) fn schedule(self) -> Option<Schedule> {
-        match self {
-            Self::Meta | Self::Paper => Some(Schedule::Paper),
-            Self::Glimpse | Self::Any => Some(Schedule::Prior),
-            Self::Random | Self::Njr15 | Self::Ggx | Self::Optimum => None,
-        }
-    }
-
-    /// Returns the paper's baseline: NJR15 for Linear, and Meta for other models.
-    pub(super) fn baseline(model: ModelKind) -> Self {
-        match model {
-            ModelKind::Linear => Self::Njr15,
-            _ => Self::Meta,
-        }
-    }
-
-    /// Returns the methods that the paper compares, and Glimpse.
-    pub(super) fn compared(model: ModelKind) -> [Self; 4] {
-        [
-            Self::Random,
-            Self::baseline(model),
-            Self::Paper,
-            Self::Glimpse,
-        ]
-    }
-}
+/// The methods that the paper compares, and Glimpse.
+pub(super) const COMPARED: [Approach; 4] = [
+    Approach::Random,
+    Approach::Baseline,
+    Approach::Paper,
+    Approach::Glimpse,
+];
 
 /// The half of the materials that a pattern is trained on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Subset {
+pub(super) enum Subset {
     All,
     Diffuse,
     Glossy,
@@ -89,12 +71,9 @@ impl Subset {
     }
 }
 
-/// The displacements of both arms away from the normal, in degrees, with their descriptions.
-pub(super) const DISPLACEMENTS: [(u8, &str); 2] = [(0, "exact"), (1, "1 degree off")];
-
-/// A variation of a training or of a method.
+/// A variation of a training or of a method. In tables, it is written without the index of a random run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Variation {
+pub(super) enum Variation {
     None,
     /// Training with another seed: the run's seed plus this number.
     Seed(u64),
@@ -108,7 +87,7 @@ pub(crate) enum Variation {
     Replaced(usize, u64),
     /// Samples drawn by importance of the mean BRDF.
     Importance,
-    /// Readings at the directions of an instrument, with displaced arms.
+    /// Readings at the directions of an instrument, with both arms displaced from the normal by a number of degrees.
     Readings(Instrument, u8),
     /// A number of readings, each at the direction that reduces the expected loss most per second.
     Chosen(usize),
@@ -116,46 +95,27 @@ pub(crate) enum Variation {
     Refined,
 }
 
-/// The speed of all axes for [`Variation::Within`], in degrees per second.
-pub(super) const MOTION_SPEED: f64 = 10.0;
-/// The number of further steps of [`Variation::Refined`].
-pub(super) const REFINEMENT_STEPS: usize = 10_000;
-
-impl Variation {
-    /// Returns the part of file names.
-    fn suffix(self) -> String {
+impl fmt::Display for Variation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::None => String::new(),
-            Self::Seed(number) => format!("-seed{number}"),
-            Self::Twice => "-twice".into(),
-            Self::PatternOf(subset) => format!("-pattern-{}", subset.name()),
-            Self::Within(seconds) => format!("-within-{seconds}s"),
-            Self::Replaced(count, run) => format!("-replaced{count}-run{run}"),
-            Self::Importance => "-importance".into(),
-            Self::Readings(instrument, displacement) => {
-                let arms = if displacement > 0 {
-                    "displaced"
-                } else {
-                    "none"
-                };
-                format!("-{instrument:?}-{arms}").to_lowercase()
+            Self::None => f.write_str("unchanged"),
+            Self::Seed(number) => write!(f, "seed + {number}"),
+            Self::Twice => f.write_str("both stages twice"),
+            Self::PatternOf(subset) => f.write_str(subset.name()),
+            Self::Within(seconds) => write!(f, "{seconds} s of motion"),
+            Self::Replaced(count, _) => write!(f, "{count} of {SAMPLES} replaced"),
+            Self::Importance => f.write_str("importance"),
+            Self::Readings(instrument, degrees) => {
+                let value = instrument.to_possible_value();
+                f.write_str(value.as_ref().map_or("", |value| value.get_name()))?;
+                match degrees {
+                    0 => Ok(()),
+                    degrees => write!(f, ", {degrees} degree off"),
+                }
             }
-            Self::Chosen(count) => format!("-chosen{count}"),
-            Self::Refined => "-refined".into(),
+            Self::Chosen(_) => f.write_str("chosen by the readings"),
+            Self::Refined => write!(f, "{REFINEMENT_STEPS} more steps"),
         }
-    }
-
-    /// Returns true if the variation changes the training.
-    fn is_of_training(self) -> bool {
-        !matches!(
-            self,
-            Self::Replaced(..)
-                | Self::Importance
-                | Self::Readings(..)
-                | Self::Chosen(_)
-                | Self::Refined
-                | Self::None
-        )
     }
 }
 
@@ -164,7 +124,7 @@ impl Variation {
 pub(crate) struct Case {
     pub(super) approach: Approach,
     pub(super) model: ModelKind,
-    /// n; 0 for Optimum.
+    /// n; 0 for Optimum, and for readings at any directions.
     pub(super) samples: usize,
     /// Number of components of Linear, except for Glimpse.
     pub(super) components: usize,
@@ -173,7 +133,7 @@ pub(crate) struct Case {
 
 impl Case {
     /// Creates a case with the paper's five components.
-    pub(super) fn new(approach: Approach, model: ModelKind, samples: usize) -> Self {
+    pub(super) const fn new(approach: Approach, model: ModelKind, samples: usize) -> Self {
         Self {
             approach,
             model,
@@ -184,82 +144,103 @@ impl Case {
     }
 
     /// Returns the case with a variation.
-    pub(super) fn with(self, variation: Variation) -> Self {
+    pub(super) const fn with(self, variation: Variation) -> Self {
         Self { variation, ..self }
     }
 
-    /// Returns the training that the case requires, if any. Meta uses the recipe of the paper's method, since the second stage
-    /// of schedule paper learns the pattern and does not change initial parameters or step sizes.
-    pub(super) fn training(&self) -> Option<Training> {
-        Some(Training {
-            model: self.model,
-            samples: self.samples,
-            schedule: self.approach.schedule()?,
-            components: self.components,
-            variation: match self.variation {
-                variation if variation.is_of_training() => variation,
-                _ => Variation::None,
-            },
-        })
+    /// Returns the cases of methods for models, in variations, and for each n.
+    pub(super) fn all(
+        approaches: &[Approach],
+        models: &[ModelKind],
+        variations: &[Variation],
+        samples: &[usize],
+    ) -> Vec<Self> {
+        let mut cases = Vec::new();
+        for &model in models {
+            for &approach in approaches {
+                for &variation in variations {
+                    let of_n = samples.iter().map(|n| Self::new(approach, model, *n));
+                    cases.extend(of_n.map(|case| case.with(variation)));
+                }
+            }
+        }
+        cases
     }
 
-    /// Returns the name of the evaluation's file.
-    pub(super) fn name(&self) -> String {
-        let base = match self.training() {
-            Some(training) => training.name(),
-            None => base_name(self.model, self.samples, Some(self.components)),
-        };
-        let suffix = match self.variation {
-            variation if variation.is_of_training() => String::new(),
-            variation => variation.suffix(),
-        };
-        let method = match self.approach {
-            // The recipe's own method.
-            Approach::Paper | Approach::Glimpse | Approach::Any => String::new(),
-            other => format!("-{}", other.name().to_lowercase()),
-        };
-        format!("{base}{method}{suffix}")
+    /// Returns the method's name in tables and pictures.
+    pub(super) fn method(&self) -> &'static str {
+        match self.approach {
+            Approach::Black => "black: f = 0",
+            Approach::Random => names::RANDOM,
+            Approach::Baseline if self.model == ModelKind::Linear => names::NJR15,
+            Approach::Baseline => names::META,
+            Approach::Paper => names::PAPER,
+            Approach::Glimpse => names::GLIMPSE,
+            Approach::Ggx => names::GGX,
+            Approach::Optimum => names::OPTIMUM,
+        }
     }
-}
 
-/// A training that produces a recipe.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Training {
-    pub(super) model: ModelKind,
-    pub(super) samples: usize,
-    pub(super) schedule: Schedule,
-    pub(super) components: usize,
-    pub(super) variation: Variation,
-}
+    /// Returns the schedule of the required training, if any.
+    pub(super) fn schedule(&self) -> Option<Schedule> {
+        match self.approach {
+            Approach::Baseline if self.model == ModelKind::Linear => None,
+            Approach::Baseline | Approach::Paper => Some(Schedule::Paper),
+            Approach::Glimpse => Some(Schedule::Prior),
+            _ => None,
+        }
+    }
 
-impl Training {
-    /// Returns the training that this one starts from, if any.
-    pub(super) fn prerequisite(&self) -> Option<Self> {
-        matches!(self.variation, Variation::PatternOf(_)).then_some(Self {
-            variation: Variation::None,
+    /// Returns the case whose recipe this one uses, if any. Meta uses the recipe of the paper's method, since the second
+    /// stage of schedule paper learns the pattern and does not change initial parameters or step sizes.
+    pub(super) fn trained(&self) -> Option<Self> {
+        let approach = match self.schedule()? {
+            Schedule::Paper => Approach::Paper,
+            Schedule::Prior => Approach::Glimpse,
+        };
+        let variation = match self.variation {
+            of_training @ (Variation::Seed(_)
+            | Variation::Twice
+            | Variation::PatternOf(_)
+            | Variation::Within(_)) => of_training,
+            _ => Variation::None,
+        };
+        Some(Self {
+            approach,
+            variation,
             ..*self
         })
     }
 
-    /// Returns the name of the recipe's file.
+    /// Returns the name of the case's files: lowercase letters, digits and hyphens.
     pub(super) fn name(&self) -> String {
-        let components = (self.schedule != Schedule::Prior).then_some(self.components);
-        format!(
-            "{}-{}{}",
-            base_name(self.model, self.samples, components),
-            self.schedule.name(),
-            self.variation.suffix()
-        )
+        let mut name = self.model.name().to_owned();
+        if self.samples > 0 {
+            name += &format!("-n{}", self.samples);
+        }
+        if self.model == ModelKind::Linear && self.approach != Approach::Glimpse {
+            name += &format!("-m{}", self.components);
+        }
+        name += &format!("-{:?}", self.approach);
+        if self.variation != Variation::None {
+            name += &format!("-{:?}", self.variation);
+        }
+        let words = name.split(|character: char| !character.is_ascii_alphanumeric());
+        let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
+        words.join("-").to_lowercase()
     }
 }
 
-fn base_name(model: ModelKind, samples: usize, components: Option<usize>) -> String {
-    let mut name = model.name().to_owned();
-    if samples > 0 {
-        name += &format!("-n{samples}");
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_of_different_cases_have_different_names() {
+        let case = Case::new(Approach::Paper, ModelKind::Linear, SAMPLES);
+        assert_eq!(case.name(), "linear-n8-m5-paper");
+        let replaced = |run| case.with(Variation::Replaced(2, run)).name();
+        assert_eq!(replaced(1), "linear-n8-m5-paper-replaced-2-1");
+        assert_ne!(replaced(1), replaced(2));
     }
-    if let (ModelKind::Linear, Some(components)) = (model, components) {
-        name += &format!("-m{components}");
-    }
-    name
 }

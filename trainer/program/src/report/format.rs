@@ -1,4 +1,4 @@
-//! Output of a [`Table`] as plain text, Markdown, HTML or CSV.
+//! Output of a [`Table`] as Markdown, HTML or CSV.
 
 use csv::{Terminator, WriterBuilder};
 use maud::html;
@@ -6,81 +6,46 @@ use maud::html;
 use super::table::{Cell, Highlight, Table};
 
 impl Table {
-    /// Formats the table for a terminal: aligned columns, the best numbers marked with `*`.
-    #[must_use]
-    pub fn to_text(&self) -> String {
-        let titles = self
-            .columns
-            .iter()
-            .map(|column| column.title.clone())
-            .collect();
-        let mut lines: Vec<Vec<String>> = vec![titles];
-        lines.extend((0..self.rows.len()).map(|row| {
-            let entries = self.row(row).enumerate().map(|(index, (column, cell))| {
-                // Every number reserves a character for the mark, so that decimal points stay aligned.
-                let mark = match cell {
-                    Cell::Number(_) if self.is_best(row, index) => "*",
-                    Cell::Number(_) => " ",
-                    _ => "",
-                };
-                column.format(cell) + mark
-            });
-            entries.collect()
-        }));
-        let width = |index: usize| {
-            let entries = lines.iter().filter_map(|line| line.get(index));
-            let lengths = entries.map(|entry| entry.chars().count());
-            lengths.max().unwrap_or(0)
-        };
-        let widths: Vec<usize> = (0..self.columns.len()).map(width).collect();
-        let mut text = String::new();
-        for line in &lines {
-            let entries = line
-                .iter()
-                .zip(&widths)
-                .enumerate()
-                .map(|(index, (entry, &width))| {
-                    if self.is_numeric(index) {
-                        format!("{entry:>width$}")
-                    } else {
-                        format!("{entry:<width$}")
-                    }
-                });
-            let entries: Vec<String> = entries.collect();
-            text.push_str(entries.join("  ").trim_end());
-            text.push('\n');
-        }
-        text
-    }
-
-    /// Formats the table as Markdown, the best numbers in bold.
-    #[must_use]
-    pub fn to_markdown(&self) -> String {
-        let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+    /// Formats the table as Markdown with aligned columns, for a terminal or a document. The best numbers are bold.
+    pub(crate) fn to_markdown(&self) -> String {
         let escape = |text: &str| text.replace('|', "\\|");
         let titles = self.columns.iter().map(|column| escape(&column.title));
-        let alignment = (0..self.columns.len()).map(|index| match self.is_numeric(index) {
-            true => "---:|",
-            false => "---|",
-        });
-        let alignment = alignment.collect::<String>();
-        let mut markdown = line(titles.collect()) + &format!("|{alignment}\n");
-        for row in 0..self.rows.len() {
+        let mut lines: Vec<Vec<String>> = vec![titles.collect()];
+        lines.extend((0..self.rows.len()).map(|row| {
             let cells = self.row(row).enumerate().map(|(index, (column, cell))| {
-                let entry = escape(&column.format(cell));
-                match self.is_best(row, index) {
-                    true => format!("**{entry}**"),
-                    false => entry,
+                let mark = if self.is_best(row, index) { "**" } else { "" };
+                format!("{mark}{}{mark}", escape(&column.format(cell)))
+            });
+            cells.collect()
+        }));
+        let columns = (0..self.columns.len()).map(|index| {
+            let lengths = lines.iter().map(|line| line[index].chars().count());
+            (self.is_numeric(index), lengths.max().unwrap_or_default())
+        });
+        let columns: Vec<(bool, usize)> = columns.collect();
+        let rule = columns.iter().map(|(is_numeric, width)| {
+            let end = if *is_numeric { ":" } else { "-" };
+            format!("-{:-<width$}{end}|", "")
+        });
+        let rule = format!("|{}\n", rule.collect::<String>());
+        let lines = lines.iter().map(|line| {
+            let cells = line.iter().zip(&columns);
+            let cells = cells.map(|(cell, (is_numeric, width))| {
+                if *is_numeric {
+                    format!(" {cell:>width$} |")
+                } else {
+                    format!(" {cell:<width$} |")
                 }
             });
-            markdown += &line(cells.collect());
-        }
-        markdown
+            format!("|{}\n", cells.collect::<String>())
+        });
+        let mut lines: Vec<String> = lines.collect();
+        lines.insert(1, rule);
+        lines.concat()
     }
 
     /// Formats the table as HTML with its caption. On a narrow page the table scrolls within its box.
-    #[must_use]
-    pub fn to_html(&self) -> String {
+    pub(crate) fn to_html(&self) -> String {
         let table = html! {
             thead {
                 tr {
@@ -126,8 +91,7 @@ impl Table {
     }
 
     /// Formats the table as comma-separated values (RFC 4180), with all digits of every number.
-    #[must_use]
-    pub fn to_csv(&self) -> String {
+    pub(crate) fn to_csv(&self) -> String {
         // Cannot fail: it writes to memory, and each row has as many cells as there are columns.
         self.write_csv().unwrap_or_default()
     }
@@ -139,11 +103,7 @@ impl Table {
         csv.write_record(self.columns.iter().map(|column| &column.title))
             .ok()?;
         for row in 0..self.rows.len() {
-            let cells = self.row(row).map(|(_, cell)| match cell {
-                Cell::Text(text) => text.clone(),
-                Cell::Number(number) => number.to_string(),
-                Cell::Missing => String::new(),
-            });
+            let cells = self.row(row).map(|(_, cell)| cell.to_string());
             csv.write_record(cells).ok()?;
         }
         String::from_utf8(csv.into_inner().ok()?).ok()

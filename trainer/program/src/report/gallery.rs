@@ -1,7 +1,5 @@
 //! Rows of pictures to compare side by side.
 
-use std::collections::BTreeSet;
-
 use maud::{Markup, html};
 
 use glimpse_evaluation::metrics::Metrics;
@@ -9,27 +7,30 @@ use glimpse_evaluation::render::Picture;
 
 /// Rows of pictures under common headings.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Gallery {
+pub(crate) struct Gallery {
     /// Caption, a sentence.
-    pub caption: String,
+    pub(crate) caption: String,
     /// The rows.
-    pub rows: Vec<GalleryRow>,
+    pub(crate) rows: Vec<GalleryRow>,
 }
 
 /// A row of pictures of one subject.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct GalleryRow {
+pub(crate) struct GalleryRow {
     /// Title, such as the material's name.
-    pub title: String,
+    pub(crate) title: String,
     /// The pictures, the reference first.
-    pub tiles: Vec<Tile>,
+    pub(crate) tiles: Vec<Tile>,
 }
 
 impl GalleryRow {
     /// Creates a row of a reference and its fits, each with its label, errors and picture. The fit with the lowest loss is
     /// marked as the best if there are several.
-    #[must_use]
-    pub fn of_fits(title: &str, reference: Picture, fits: Vec<(String, Metrics, Picture)>) -> Self {
+    pub(crate) fn of_fits(
+        title: &str,
+        reference: Picture,
+        fits: Vec<(String, Metrics, Picture)>,
+    ) -> Self {
         let losses = fits.iter().map(|(_, metrics, _)| metrics.loss);
         let lowest_loss = losses.fold(f64::INFINITY, f64::min);
         let several = fits.len() > 1;
@@ -52,42 +53,21 @@ impl GalleryRow {
 
 /// A picture with its label.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tile {
+pub(crate) struct Tile {
     /// Label within the row, such as the method's name.
-    pub label: String,
+    pub(crate) label: String,
     /// Lines of details, such as errors.
-    pub details: Vec<String>,
+    pub(crate) details: Vec<String>,
     /// True if the picture is marked as the best of its row.
-    pub best: bool,
+    pub(crate) best: bool,
     /// The picture.
-    pub picture: Picture,
-}
-
-/// Unique file names for the pictures of a page.
-#[derive(Debug, Default)]
-pub(super) struct FileNames(BTreeSet<String>);
-
-impl FileNames {
-    /// Returns `row-label.png` of letters, digits and hyphens, with a number appended if that name is in use.
-    fn unique_name(&mut self, row: &str, label: &str) -> String {
-        let stem = slug(&format!("{row} {label}"));
-        let numbered = (2..).map(|number| format!("{stem}-{number}.png"));
-        let mut names = std::iter::once(format!("{stem}.png")).chain(numbered);
-        let free = names.find(|name| !self.0.contains(name)).unwrap_or(stem);
-        self.0.insert(free.clone());
-        free
-    }
+    pub(crate) picture: Picture,
 }
 
 impl Gallery {
     /// Formats the gallery as HTML that refers to pictures in `directory`, and adds their file names and contents to
-    /// `files`.
-    pub(super) fn to_html(
-        &self,
-        directory: &str,
-        names: &mut FileNames,
-        files: &mut Vec<(String, Picture)>,
-    ) -> Markup {
+    /// `files`. A name is a number, the row and the label.
+    pub(super) fn to_html(&self, directory: &str, files: &mut Vec<(String, Picture)>) -> Markup {
         html! {
             section.gallery {
                 p.caption { (self.caption) } "\n"
@@ -95,7 +75,7 @@ impl Gallery {
                     @if !row.title.is_empty() { h3 { (row.title) } "\n" }
                     div.row style={ "--columns: " (row.tiles.len()) } {
                         @for tile in &row.tiles {
-                            @let file = names.unique_name(&row.title, &tile.label);
+                            @let file = slug(&format!("{} {} {}", files.len(), row.title, tile.label)) + ".png";
                             (tile.to_html(&row.title, &format!("{directory}/{file}"))) "\n"
                             @let () = files.push((file, tile.picture.clone()));
                         }
@@ -108,8 +88,7 @@ impl Gallery {
 
 impl Tile {
     /// Creates a tile without details.
-    #[must_use]
-    pub fn plain(label: impl Into<String>, picture: Picture) -> Self {
+    pub(crate) fn plain(label: impl Into<String>, picture: Picture) -> Self {
         Self {
             label: label.into(),
             details: Vec::new(),

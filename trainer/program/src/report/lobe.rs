@@ -4,10 +4,10 @@ use glimpse_core::geometry::{Directions, HalfDifference};
 use glimpse_materials::Brdf;
 use maud::{Markup, html};
 
-use super::svg::{COLORS, TEXT, drawing, one_decimal, path_of};
+use super::svg::{COLORS, drawing, one_decimal, path_of};
 
-/// The maximum number of curves, one for each color.
-pub const MAX_LOBES: usize = COLORS.len();
+/// The maximum number of curves besides a reference, one for each color.
+pub(crate) const MAX_LOBES: usize = COLORS.len() - 1;
 /// Number of outgoing angles: every quarter of a degree, the first one half a step above the horizon.
 const STEPS: u16 = 720;
 /// The numbers of decades of the radial axis.
@@ -23,26 +23,26 @@ const LINE_HEIGHT: f32 = 21.0;
 const SHAPES: &str = ".plot .curve{fill:none;stroke:currentColor;stroke-width:2;stroke-linejoin:round}\
                       .plot .dash{stroke-dasharray:7 4}.plot .band{fill:currentColor;opacity:.18;stroke:none}";
 
-/// A BRDF under light from one direction, and optionally a second curve of the same color.
+/// A BRDF under light from one direction.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lobe {
+pub(crate) struct Lobe {
     /// Name in the legend.
-    pub name: String,
+    pub(crate) name: String,
     /// Polar angle of the light, radians.
-    pub theta_i: f32,
-    /// Pairs of outgoing angle and luminance of the BRDF from [`lobe`], drawn as a solid line.
-    pub curve: Vec<[f32; 2]>,
-    /// Name and curve of the reference, drawn dashed.
-    pub dashed: Option<(String, Vec<[f32; 2]>)>,
+    pub(crate) theta_i: f32,
+    /// Pairs of outgoing angle and luminance of the BRDF from [`lobe`].
+    pub(crate) curve: Vec<[f32; 2]>,
+    /// True for a reference.
+    pub(crate) is_dashed: bool,
     /// One standard deviation of the luminance at each angle of the curve, drawn as a band; empty for none.
-    pub deviations: Vec<f32>,
+    pub(crate) deviations: Vec<f32>,
 }
 
 /// Returns the luminance (Rec. 709) of a BRDF in the plane of incidence.
 ///
 /// The pairs are the outgoing polar angle in radians, in (-pi/2, pi/2), and the luminance of the BRDF in sr^-1 (not
 /// times the cosine). Angles are positive on the side opposite the light, so a mirror peaks at `theta_i`.
-pub fn lobe(brdf: &dyn Brdf, theta_i: f32) -> Vec<[f32; 2]> {
+pub(crate) fn lobe(brdf: &dyn Brdf, theta_i: f32) -> Vec<[f32; 2]> {
     let (angles, half_differences) = lobe_directions(theta_i);
     angles
         .into_iter()
@@ -52,14 +52,12 @@ pub fn lobe(brdf: &dyn Brdf, theta_i: f32) -> Vec<[f32; 2]> {
 }
 
 /// Returns the luminance (Rec. 709) of linear RGB.
-#[must_use]
-pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
+pub(crate) fn luminance([r, g, b]: [f32; 3]) -> f32 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
 /// Returns the outgoing polar angles of a [`lobe`], and the pairs of directions.
-#[must_use]
-pub fn lobe_directions(theta_i: f32) -> (Vec<f32>, Vec<HalfDifference<f32>>) {
+pub(crate) fn lobe_directions(theta_i: f32) -> (Vec<f32>, Vec<HalfDifference<f32>>) {
     let angle =
         |step: u16| ((f32::from(step) + 0.5) * 180.0 / f32::from(STEPS) - 90.0).to_radians();
     let (sin, cos) = theta_i.sin_cos();
@@ -76,80 +74,37 @@ pub fn lobe_directions(theta_i: f32) -> (Vec<f32>, Vec<HalfDifference<f32>>) {
 /// Draws lobes as an SVG, for a file or for embedding in a page.
 ///
 /// The angle from the vertical is the outgoing polar angle. The radius is the logarithm of the luminance of the BRDF
-/// in sr^-1, over two to six decades; lower values lie at the center. Triangles on the rim mark the light. Colors
-/// repeat after [`MAX_LOBES`].
-#[must_use]
-pub fn lobe_svg(lobes: &[Lobe]) -> String {
+/// in sr^-1, over two to six decades; lower values lie at the center. Triangles on the rim mark the light.
+pub(crate) fn lobe_svg(lobes: &[Lobe]) -> String {
     let decades = decades(lobes);
-    let line_count = lobes
-        .iter()
-        .map(|lobe| 1 + usize::from(lobe.dashed.is_some()))
-        .sum::<usize>()
-        + 1;
-    let has_band = lobes.iter().any(|lobe| !lobe.deviations.is_empty());
-    let line_count = line_count + usize::from(has_band);
-    let height = LEGEND_TOP + LINE_HEIGHT * line_count as f32;
-    let mut baselines = (0..).map(|index: u16| LEGEND_TOP + LINE_HEIGHT * f32::from(index));
-    let mut next_baseline = || baselines.next().unwrap_or(height);
+    let path = |points: &mut dyn Iterator<Item = [f32; 2]>| {
+        let points = points.filter(|[_, value]| !value.is_nan());
+        let points =
+            points.map(|[theta_o, value]| point(theta_o, RADIUS * fraction(value, decades)));
+        path_of(&points.collect::<Vec<_>>())
+    };
+    let baseline = |index: usize| LEGEND_TOP + LINE_HEIGHT * index as f32;
     let marks = html! {
         (grid(decades))
         @for (index, lobe) in lobes.iter().enumerate() {
-            @if !lobe.deviations.is_empty() {
-                g class={ "c" (index % COLORS.len()) } {
-                    path.band d=(band_path(lobe, decades)) {}
-                }
+            @let y = baseline(index);
+            @let band = lobe.curve.iter().zip(&lobe.deviations);
+            @let upper = band.clone().map(|([theta_o, value], deviation)| [*theta_o, value + deviation]);
+            @let lower = band.rev().map(|([theta_o, value], deviation)| [*theta_o, value - deviation]);
+            g class={ "c" (index % COLORS.len()) } {
+                path.band d=(path(&mut upper.chain(lower))) {}
+                path.curve.dash[lobe.is_dashed] d=(path(&mut lobe.curve.iter().copied())) {}
+                path.curve.dash[lobe.is_dashed] d=(format!("M70 {}H106", y - 4.0)) {}
             }
-            @let dashed = lobe.dashed.iter().map(|(name, curve)| (name, curve, true));
-            @for (name, curve, dash) in [(&lobe.name, &lobe.curve, false)].into_iter().chain(dashed) {
-                @let y = next_baseline();
-                g class={ "c" (index % COLORS.len()) } {
-                    path.curve.dash[dash] d=(curve_path(curve, decades)) {}
-                    path.curve.dash[dash] d=(format!("M70 {middle}H106", middle = y - 4.0)) {}
-                }
-                text x="116" y=(y) { (name) }
-            }
-            path.light d=(light_arrow(lobe.theta_i)) {}
+            text x="116" y=(y) { (lobe.name) }
+            path.mark.c6 d=(light_arrow(lobe.theta_i)) {}
         }
-        @let y = next_baseline();
-        path.light d=(legend_arrow(y - 4.0)) {}
-        text x="116" y=(y) { "direction to the light" }
-        @if has_band {
-            text x="116" y=(next_baseline()) { "band: one standard deviation on each side" }
+        text x="116" y=(baseline(lobes.len())) {
+            "triangle: direction to the light; band: one standard deviation on each side"
         }
     };
-    let label = "BRDF in the plane of incidence";
-    drawing(
-        [700.0, height],
-        label,
-        &[(".light", "fill", TEXT)],
-        SHAPES,
-        &marks,
-    )
-}
-
-/// Returns the SVG path of a curve.
-fn curve_path(curve: &[[f32; 2]], decades: [i32; 2]) -> String {
-    let points = curve.iter().filter(|[_, value]| !value.is_nan());
-    let points = points.map(|[theta_o, value]| point(*theta_o, RADIUS * fraction(*value, decades)));
-    path_of(&points.collect::<Vec<_>>())
-}
-
-/// Returns the SVG path around one standard deviation on both sides of a curve.
-fn band_path(lobe: &Lobe, decades: [i32; 2]) -> String {
-    let side = |sign: f32| {
-        let each = lobe.curve.iter().zip(&lobe.deviations);
-        each.filter(|([_, value], deviation)| (value + *deviation).is_finite())
-            .map(move |([theta_o, value], deviation)| {
-                point(
-                    *theta_o,
-                    RADIUS * fraction(value + sign * deviation, decades),
-                )
-            })
-    };
-    let high: Vec<_> = side(1.0).collect();
-    let mut low: Vec<_> = side(-1.0).collect();
-    low.reverse();
-    path_of(&[high, low].concat())
+    let size = [700.0, baseline(lobes.len() + 1)];
+    drawing(size, "BRDF in the plane of incidence", SHAPES, &marks)
 }
 
 /// Returns the SVG path of a triangle on the rim that points to the light.
@@ -158,18 +113,9 @@ fn light_arrow(theta_i: f32) -> String {
     path_of(&corners.map(|(radius, offset)| point(offset - theta_i, radius))) + "z"
 }
 
-/// Returns the SVG path of the light's triangle in the legend.
-fn legend_arrow(y: f32) -> String {
-    path_of(&[[95.0, y], [81.0, y - 5.0], [81.0, y + 5.0]]) + "z"
-}
-
 /// Returns the exponents of the powers of ten at the center and at the rim.
 fn decades(lobes: &[Lobe]) -> [i32; 2] {
-    let dashed = lobes
-        .iter()
-        .filter_map(|lobe| lobe.dashed.as_ref())
-        .map(|(_, curve)| curve);
-    let curves = lobes.iter().map(|lobe| &lobe.curve).chain(dashed);
+    let curves = lobes.iter().map(|lobe| &lobe.curve);
     let values = curves.flatten().map(|[_, value]| *value);
     let values = values.filter(|value| value.is_normal() && *value > 0.0);
     let [low, high] = [f32::min, f32::max].map(|select| values.clone().reduce(select));
@@ -231,7 +177,7 @@ mod tests {
             name: name.into(),
             theta_i: 0.5,
             curve,
-            dashed: None,
+            is_dashed: false,
             deviations: Vec::new(),
         }
     }

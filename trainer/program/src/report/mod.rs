@@ -1,4 +1,4 @@
-//! Output for readers: tables as text, HTML and CSV, plots, pages with pictures, and drawings of sample patterns
+//! Output for readers: tables as Markdown, HTML and CSV, plots, pages with pictures, and drawings of sample patterns
 //! and lobes.
 
 mod format;
@@ -10,9 +10,9 @@ mod plot;
 mod svg;
 mod table;
 
-pub use gallery::{Gallery, GalleryRow, Tile};
-pub use lobe::{Lobe, MAX_LOBES, lobe, lobe_directions, lobe_svg, luminance};
-pub use page::{Page, PageError, document};
-pub use pattern::pattern_svg;
-pub use plot::{Axis, Marker, Plot, Scale, Series, SeriesColor};
-pub use table::{Cell, Column, Compare, Highlight, Table, metric_columns};
+pub(crate) use gallery::{Gallery, GalleryRow, Tile};
+pub(crate) use lobe::{Lobe, MAX_LOBES, lobe, lobe_directions, lobe_svg, luminance};
+pub(crate) use page::{Page, document, write_file};
+pub(crate) use pattern::pattern_svg;
+pub(crate) use plot::{Axis, Plot, Scale, Series};
+pub(crate) use table::{Cell, Column, Compare, Highlight, Table, metric_columns};

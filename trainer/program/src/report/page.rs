@@ -1,14 +1,14 @@
 //! A web page without remote resources: one file, and its pictures in a folder next to it.
 
-use std::io;
-use std::path::{Path, PathBuf};
+use std::fs;
+use std::path::Path;
 
-use glimpse_materials::files::{ensure_dir, write_atomic};
+use anyhow::Context;
+use glimpse_evaluation::render::Picture;
+use glimpse_materials::files::write_atomic;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::gallery::FileNames;
 use super::{Gallery, Table};
-use glimpse_evaluation::render::{Picture, PictureError};
 
 /// The folder of the pictures, next to the page.
 const PICTURES: &str = "pictures";
@@ -17,34 +17,16 @@ const STYLE: &str = include_str!("page.css");
 /// The script that enlarges a row of pictures on a click. Without scripts, the link opens the picture.
 const SCRIPT: &str = include_str!("page.js");
 
-/// An error in writing a page.
-#[derive(Debug, thiserror::Error)]
-pub enum PageError {
-    /// A picture cannot be written.
-    #[error(transparent)]
-    Picture(#[from] PictureError),
-    /// A file of the page cannot be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// Path of the file.
-        path: PathBuf,
-        /// Error of the operating system.
-        source: io::Error,
-    },
-}
-
 /// A page that is built from top to bottom.
 #[derive(Debug)]
-pub struct Page {
+pub(crate) struct Page {
     title: String,
     body: String,
-    names: FileNames,
     pictures: Vec<(String, Picture)>,
 }
 
 /// Returns an HTML document with the common style sheet, followed by `style`.
-#[must_use]
-pub fn document(title: &str, style: &str, body: &Markup) -> String {
+pub(crate) fn document(title: &str, style: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -64,51 +46,43 @@ pub fn document(title: &str, style: &str, body: &Markup) -> String {
 
 impl Page {
     /// Creates an empty page.
-    #[must_use]
-    pub fn new(title: impl Into<String>) -> Self {
+    pub(crate) fn new(title: impl Into<String>) -> Self {
         Self {
             title: title.into(),
             body: String::new(),
-            names: FileNames::default(),
             pictures: Vec::new(),
         }
     }
 
     /// Adds a heading.
-    #[must_use]
-    pub fn heading(self, text: &str) -> Self {
+    pub(crate) fn heading(&mut self, text: &str) -> &mut Self {
         self.push(&html! { h2 { (text) } "\n" })
     }
 
     /// Adds preformatted text, such as a command.
-    #[must_use]
-    pub fn code(self, text: &str) -> Self {
+    pub(crate) fn code(&mut self, text: &str) -> &mut Self {
         self.push(&html! { pre { code { (text) } } "\n" })
     }
 
     /// Adds a paragraph of plain text.
-    #[must_use]
-    pub fn paragraph(self, text: &str) -> Self {
+    pub(crate) fn paragraph(&mut self, text: &str) -> &mut Self {
         self.push(&html! { p { (text) } "\n" })
     }
 
     /// Adds a table.
-    #[must_use]
-    pub fn table(self, table: &Table) -> Self {
+    pub(crate) fn table(&mut self, table: &Table) -> &mut Self {
         self.push(&PreEscaped(table.to_html()))
     }
 
     /// Adds rows of pictures.
-    #[must_use]
-    pub fn gallery(mut self, gallery: &Gallery) -> Self {
-        let html = gallery.to_html(PICTURES, &mut self.names, &mut self.pictures);
+    pub(crate) fn gallery(&mut self, gallery: &Gallery) -> &mut Self {
+        let html = gallery.to_html(PICTURES, &mut self.pictures);
         self.push(&html)
     }
 
     /// Adds an SVG drawing, such as the result of [`pattern_svg`](super::pattern_svg), with a caption. The SVG is
     /// not escaped.
-    #[must_use]
-    pub fn drawing(self, svg: &str, caption: &str) -> Self {
+    pub(crate) fn drawing(&mut self, svg: &str, caption: &str) -> &mut Self {
         self.push(&html! {
             figure.drawing { (PreEscaped(svg)) figcaption { (caption) } } "\n"
         })
@@ -119,22 +93,12 @@ impl Page {
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub fn write(&self, directory: &Path) -> Result<(), PageError> {
-        let create = |folder: &Path| {
-            ensure_dir(folder).map_err(|source| PageError::Write {
-                path: folder.into(),
-                source,
-            })
-        };
-        create(directory)?;
+    pub(crate) fn write(&self, directory: &Path) -> anyhow::Result<()> {
         let folder = directory.join(PICTURES);
-        if !self.pictures.is_empty() {
-            create(&folder)?;
-        }
         for (name, picture) in &self.pictures {
-            write(folder.join(name), &picture.to_png()?)?;
+            write_file(&folder.join(name), &picture.to_png()?)?;
         }
-        write(directory.join("index.html"), self.to_html().as_bytes())
+        write_file(&directory.join("index.html"), self.to_html().as_bytes())
     }
 
     /// Formats the page as HTML.
@@ -146,14 +110,18 @@ impl Page {
         document(&self.title, "", &body)
     }
 
-    fn push(mut self, html: &Markup) -> Self {
+    fn push(&mut self, html: &Markup) -> &mut Self {
         self.body.push_str(&html.0);
         self
     }
 }
 
-fn write(path: PathBuf, bytes: &[u8]) -> Result<(), PageError> {
-    write_atomic(&path, bytes).map_err(|source| PageError::Write { path, source })
+/// Writes a file atomically, and creates its folder if it does not exist.
+pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    fs::create_dir_all(folder)
+        .and_then(|()| write_atomic(path, bytes))
+        .with_context(|| format!("cannot write {}", path.display()))
 }
 
 #[cfg(test)]
@@ -180,7 +148,9 @@ mod tests {
 
     fn page() -> Page {
         let gallery = gallery("blue & rubber", &["Reference", "Glimpse", "glimpse"]);
-        Page::new("A <title>").paragraph("2 < 3").gallery(&gallery)
+        let mut page = Page::new("A <title>");
+        page.paragraph("2 < 3").gallery(&gallery);
+        page
     }
 
     #[test]
@@ -195,7 +165,7 @@ mod tests {
             let (file, _) = source.split_once('"').unwrap();
             assert!(directory.join(file).is_file(), "{file}");
         }
-        assert!(html.contains("pictures/blue-rubber-glimpse-2.png"));
+        assert!(html.contains("pictures/2-blue-rubber-glimpse.png"));
         assert!(!html.contains("http"), "the page loads a remote resource");
     }
 

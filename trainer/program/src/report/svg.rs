@@ -3,74 +3,53 @@
 use maud::{Markup, PreEscaped, html};
 
 /// A color for light mode and one for dark mode.
-#[derive(Clone, Copy)]
-pub(super) struct ThemedColor {
-    light: &'static str,
-    dark: &'static str,
-}
+type ThemedColor = [&'static str; 2];
 
-impl ThemedColor {
-    pub(super) const fn new(light: &'static str, dark: &'static str) -> Self {
-        Self { light, dark }
-    }
-}
+const TEXT: ThemedColor = ["#1c1c1e", "#e8e8e6"];
+const BACKGROUND: ThemedColor = ["#fcfcfa", "#161618"];
+const SECONDARY: ThemedColor = ["#5b5b62", "#a5a5a8"];
+const GRID: ThemedColor = ["#b4b4b8", "#55555a"];
 
-/// The color of text and important marks.
-pub(super) const TEXT: ThemedColor = ThemedColor::new("#1c1c1e", "#e8e8e6");
-const BACKGROUND: ThemedColor = ThemedColor::new("#fcfcfa", "#161618");
-const SECONDARY: ThemedColor = ThemedColor::new("#5b5b62", "#a5a5a8");
-const GRID: ThemedColor = ThemedColor::new("#b4b4b8", "#55555a");
-
-/// Colors of Okabe and Ito, which remain distinct for color-blind readers. Drawings also distinguish curves and
-/// marks by shape, dash or name.
-pub(super) const COLORS: [ThemedColor; 6] = [
-    ThemedColor::new("#0072b2", "#3d9bd6"),
-    ThemedColor::new("#d55e00", "#ee7a2c"),
-    ThemedColor::new("#009e73", "#009e73"),
-    ThemedColor::new("#cc79a7", "#cc79a7"),
-    ThemedColor::new("#56b4e9", "#56b4e9"),
-    ThemedColor::new("#e69f00", "#e69f00"),
+/// The colors of classes `c0` and so on: those of Okabe and Ito, which remain distinct for color-blind readers, and that
+/// of text. Drawings also distinguish curves and marks by shape, dash or name.
+pub(super) const COLORS: [ThemedColor; 7] = [
+    ["#0072b2", "#3d9bd6"],
+    ["#d55e00", "#ee7a2c"],
+    ["#009e73", "#009e73"],
+    ["#cc79a7", "#cc79a7"],
+    ["#56b4e9", "#56b4e9"],
+    ["#e69f00", "#e69f00"],
+    TEXT,
 ];
 
-/// A rule of a drawing's style sheet: selector, property (`fill`, `stroke` or `color`) and color.
-pub(super) type StyleRule = (&'static str, &'static str, ThemedColor);
-
-/// The rules of all drawings, for classes `paper`, `dim`, `axis` and `grid`, for text, and for series.
-const COMMON_RULES: [StyleRule; 12] = [
+/// The rules of other classes: selector, property and color.
+const RULES: [(&str, &str, ThemedColor); 5] = [
     (".paper", "fill", BACKGROUND),
     ("text", "fill", TEXT),
     (".dim", "fill", SECONDARY),
     (".axis", "stroke", SECONDARY),
     (".grid", "stroke", GRID),
-    (".c0", "color", COLORS[0]),
-    (".c1", "color", COLORS[1]),
-    (".c2", "color", COLORS[2]),
-    (".c3", "color", COLORS[3]),
-    (".c4", "color", COLORS[4]),
-    (".c5", "color", COLORS[5]),
-    (".c6", "color", TEXT),
 ];
 /// The style without colors, which is the same in light and dark mode.
 const COMMON_STYLE: &str = "\
 .plot text{font:13px system-ui,'DejaVu Sans',sans-serif}.plot .dim{font-size:12px}\
 .plot .mid{text-anchor:middle}.plot .end{text-anchor:end}\
-.plot .axis{fill:none}.plot .grid{fill:none;stroke-width:0.7}";
+.plot .mark{fill:currentColor}.plot .axis{fill:none}.plot .grid{fill:none;stroke-width:0.7}";
 
-/// Returns the style sheet of a drawing: the common rules and style, followed by its own.
+/// Returns the style sheet of a drawing: the common style, followed by its own.
 ///
 /// Light and dark colors are separate rules instead of CSS variables, because some renderers lack
 /// `prefers-color-scheme`. These ignore the dark rules and use the light ones.
-fn style(rules: &[StyleRule], shapes: &str) -> String {
-    let all_rules = || COMMON_RULES.iter().chain(rules);
-    let css_rule = |(selector, property, _): &StyleRule, color: &str| {
-        format!(".plot {selector}{{{property}:{color}}}")
-    };
-    let light: String = all_rules()
-        .map(|rule| css_rule(rule, rule.2.light))
-        .collect();
-    let dark: String = all_rules()
-        .map(|rule| css_rule(rule, rule.2.dark))
-        .collect();
+fn style(shapes: &str) -> String {
+    let [light, dark] = [0, 1].map(|mode| {
+        let rules = RULES.iter().map(|(selector, property, color)| {
+            format!(".plot {selector}{{{property}:{}}}", color[mode])
+        });
+        let colors = COLORS.iter().enumerate();
+        let colors =
+            colors.map(|(index, color)| format!(".plot .c{index}{{color:{}}}", color[mode]));
+        rules.chain(colors).collect::<String>()
+    });
     format!("{COMMON_STYLE}{shapes}{light}@media(prefers-color-scheme:dark){{{dark}}}")
 }
 
@@ -79,11 +58,10 @@ fn style(rules: &[StyleRule], shapes: &str) -> String {
 pub(super) fn drawing(
     [width, height]: [f32; 2],
     label: &str,
-    rules: &[StyleRule],
     shapes: &str,
     marks: &Markup,
 ) -> String {
-    let style = PreEscaped(style(rules, shapes));
+    let style = PreEscaped(style(shapes));
     let drawing = html! {
         svg xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width} {height}"))
             class="plot" role="img" aria-label=(label) {

@@ -1,10 +1,12 @@
 //! A table of text and numbers, with the best numbers highlighted.
 
+use std::fmt;
+
 use glimpse_evaluation::metrics::{METRICS, MetricColumn, Metrics};
 
 /// The number of a column to highlight as the best.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Highlight {
+pub(crate) enum Highlight {
     /// The lowest number, for an error.
     Lowest,
     /// The highest number, for PSNR.
@@ -15,19 +17,18 @@ pub enum Highlight {
 
 /// A column: its title, number format and highlight.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Column {
+pub(crate) struct Column {
     /// Title with the unit, if any.
-    pub title: String,
+    pub(crate) title: String,
     /// Digits after the decimal point.
-    pub decimals: usize,
+    pub(crate) decimals: usize,
     /// The number to highlight as the best.
-    pub highlight: Highlight,
+    pub(crate) highlight: Highlight,
 }
 
-/// An entry of a table. In JSON, it is a string, a number, or null.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-#[serde(untagged)]
-pub enum Cell {
+/// An entry of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Cell {
     /// Text, aligned to the left.
     Text(String),
     /// A number, aligned to the right. A number that is not finite is never highlighted.
@@ -36,9 +37,19 @@ pub enum Cell {
     Missing,
 }
 
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Text(text) => f.write_str(text),
+            Self::Number(number) => write!(f, "{number}"),
+            Self::Missing => Ok(()),
+        }
+    }
+}
+
 /// The numbers that are compared to select the best one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Compare {
+pub(crate) enum Compare {
     /// The numbers of one column.
     WithinColumn,
     /// The numbers of one row, from the columns with the same [`Column::highlight`].
@@ -47,27 +58,25 @@ pub enum Compare {
 
 /// A table. Short rows are filled with [`Cell::Missing`], and long rows are cut.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Table {
+pub(crate) struct Table {
     /// Caption, a sentence.
-    pub caption: String,
+    pub(crate) caption: String,
     /// The columns.
-    pub columns: Vec<Column>,
+    pub(crate) columns: Vec<Column>,
     /// The rows.
-    pub rows: Vec<Vec<Cell>>,
+    pub(crate) rows: Vec<Vec<Cell>>,
     /// The numbers to compare. All numbers with the same printed digits as the best one are highlighted.
-    pub compare: Compare,
+    pub(crate) compare: Compare,
 }
 
 impl Column {
     /// Creates a column of text.
-    #[must_use]
-    pub fn text(title: impl Into<String>) -> Self {
+    pub(crate) fn text(title: impl Into<String>) -> Self {
         Self::plain(title, 0)
     }
 
     /// Creates a column of numbers with a fixed number of decimals, none of them highlighted.
-    #[must_use]
-    pub fn plain(title: impl Into<String>, decimals: usize) -> Self {
+    pub(crate) fn plain(title: impl Into<String>, decimals: usize) -> Self {
         Self {
             title: title.into(),
             decimals,
@@ -75,21 +84,12 @@ impl Column {
         }
     }
 
-    /// Creates a column of losses, the lowest of them highlighted.
-    #[must_use]
-    pub fn loss(title: impl Into<String>) -> Self {
-        Self {
-            highlight: Highlight::Lowest,
-            ..Self::plain(title, 4)
-        }
-    }
-
     /// Creates the column of a metric, with its best number highlighted.
-    #[must_use]
-    pub fn metric(metric: &MetricColumn) -> Self {
-        let highlight = match metric.higher_is_better {
-            true => Highlight::Highest,
-            false => Highlight::Lowest,
+    pub(crate) fn metric(metric: &MetricColumn) -> Self {
+        let highlight = if metric.higher_is_better {
+            Highlight::Highest
+        } else {
+            Highlight::Lowest
         };
         Self {
             highlight,
@@ -108,8 +108,7 @@ impl Column {
 }
 
 /// Returns the columns of [`Cell::of_metrics`].
-#[must_use]
-pub fn metric_columns() -> [Column; METRICS.len()] {
+pub(crate) fn metric_columns() -> [Column; METRICS.len()] {
     METRICS.each_ref().map(Column::metric)
 }
 
@@ -139,16 +138,14 @@ impl<T: Into<Self>> From<Option<T>> for Cell {
 
 impl Cell {
     /// Returns the entries of [`metric_columns`].
-    #[must_use]
-    pub fn of_metrics(metrics: &Metrics) -> [Self; METRICS.len()] {
+    pub(crate) fn of_metrics(metrics: &Metrics) -> [Self; METRICS.len()] {
         metrics.values().map(Self::Number)
     }
 }
 
 impl Table {
     /// Creates a table that compares the numbers of each column.
-    #[must_use]
-    pub fn new(
+    pub(crate) fn new(
         caption: impl Into<String>,
         columns: impl Into<Vec<Column>>,
         rows: impl IntoIterator<Item = Vec<Cell>>,
@@ -218,11 +215,11 @@ mod tests {
             vec!["b".into(), 2.0.into()],
             vec![],
         ];
-        let columns = [
-            Column::text("Material"),
-            Column::loss("Meta"),
-            Column::loss("Glimpse"),
-        ];
+        let loss = |title| Column {
+            highlight: Highlight::Lowest,
+            ..Column::plain(title, 4)
+        };
+        let columns = [Column::text("Material"), loss("Meta"), loss("Glimpse")];
         let table = Table {
             compare: Compare::WithinRow,
             ..Table::new("", columns, rows)
@@ -231,7 +228,7 @@ mod tests {
         assert_eq!(best(0), [false, true, false]);
         assert_eq!(best(1), [true, false, false]);
         assert_eq!(best(2), [false; 3]);
-        assert_eq!(table.to_text().lines().count(), 4);
+        assert_eq!(table.to_markdown().lines().count(), 5);
         assert_eq!(table.to_csv().lines().last(), Some(",,"));
     }
 }

@@ -2,10 +2,7 @@
 
 use std::path::Path;
 
-use crate::report::{
-    Axis, Lobe, Marker, Plot, Scale, Series, SeriesColor, lobe, lobe_directions, lobe_svg,
-    luminance,
-};
+use crate::report::{Axis, Lobe, Plot, Scale, Series, lobe, lobe_directions, lobe_svg, luminance};
 use glimpse_evaluation::evaluation::SPHERE_SIZE;
 use glimpse_evaluation::render::render_sphere;
 use glimpse_fitting::measurement::{Fit, MaterialFiles, Report, SpectrumReading, SpectrumReport};
@@ -14,16 +11,8 @@ use glimpse_materials::{Material, angles_of};
 /// Polar angles of the light in the plot of lobes, degrees.
 const LOBE_THETA_I: [f32; 3] = [15.0, 45.0, 75.0];
 
-/// The colors of the plot of spectra; it has at most as many readings.
-const COLORS: [SeriesColor; 7] = [
-    SeriesColor::Blue,
-    SeriesColor::Vermillion,
-    SeriesColor::Green,
-    SeriesColor::Purple,
-    SeriesColor::Sky,
-    SeriesColor::Orange,
-    SeriesColor::Black,
-];
+/// The largest number of readings in the plot of spectra, each with a color of its own.
+const MAX_PLOTTED: usize = 7;
 
 /// Returns sphere.png, lobe.svg and, with bands, bands.svg.
 pub(super) fn pictures(fit: &Fit, report: &Report, folder: &Path) -> anyhow::Result<MaterialFiles> {
@@ -50,7 +39,7 @@ fn lobes(fit: &Fit) -> String {
             name: format!("{}, light at {degrees}\u{b0}", material.name()),
             theta_i,
             curve: lobe(material as &dyn Material, theta_i),
-            dashed: None,
+            is_dashed: false,
             deviations: deviations.into_iter().map(luminance).collect(),
         }
     });
@@ -61,17 +50,17 @@ fn lobes(fit: &Fit) -> String {
 fn spectra(report: &SpectrumReport) -> String {
     let mut order: Vec<&SpectrumReading> = report.readings.iter().collect();
     order.sort_by(|one, other| one.aspecular.total_cmp(&other.aspecular));
-    let count = order.len().min(COLORS.len());
+    let count = order.len().min(MAX_PLOTTED);
     let shown = (0..count).map(|index| order[index * (order.len() - 1) / (count - 1).max(1)]);
-    let series = shown.zip(COLORS).flat_map(|(reading, color)| {
-        let kinds = [("reading", Marker::Ring), ("fit", Marker::Disc)];
+    let series = shown.enumerate().flat_map(|(color, reading)| {
+        let kinds = [("reading", true), ("fit", false)];
         let spectra = kinds.into_iter().zip(&reading.spectra);
-        spectra.map(move |((kind, marker), spectrum)| {
+        spectra.map(move |((kind, is_dashed), spectrum)| {
             let points = report.wavelengths.iter().zip(spectrum);
             Series {
                 name: format!("{:.0}\u{b0}: {kind}", reading.aspecular),
                 color,
-                marker,
+                is_dashed,
                 points: points
                     .map(|(nm, value)| [*nm, *value].map(f64::from))
                     .collect(),
@@ -84,7 +73,7 @@ fn spectra(report: &SpectrumReport) -> String {
     };
     let plot = Plot {
         title: "Spectra, by the angle from the mirror direction".into(),
-        x: axis("wavelength, nm", Scale::Interval),
+        x: axis("wavelength, nm", Scale::Linear),
         y: axis("BRDF, sr\u{207b}\u{b9}", Scale::Log10),
         series: series.collect(),
     };

@@ -24,7 +24,7 @@ enum RenderCommand {
 impl Render {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         match &self.command {
-            RenderCommand::Sphere(sphere) => sphere.run(seed),
+            RenderCommand::Sphere(sphere) => sphere.run(),
             RenderCommand::Pattern(pattern) => pattern.run(),
             RenderCommand::View(view) => view.run(seed),
         }

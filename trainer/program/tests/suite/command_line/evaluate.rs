@@ -1,10 +1,14 @@
 //! `trainer evaluate`: accuracy of its numbers, and comparisons.
 
+use std::collections::HashSet;
+
+use glimpse_evaluation::evaluation::SPHERE_SIZE;
 use glimpse_materials::{Identity, Material, Procedural, digest};
 use glimpse_training::recipe::{Metadata, RecipeFile};
 use serde_json::{Value, json};
 
 use super::folder::{COOK_TORRANCE_N8, NEURAL_N8, PHONG_N8};
+use super::render::pixels_of_png;
 use super::shared::{LINEAR_N2, TRAIN};
 use super::{Folder, number};
 use crate::common::assert_names;
@@ -75,10 +79,30 @@ fn compares_recipes_by_paired_differences() {
     }
     let text = folder.succeed(&format!("evaluate {options}"));
     let mut lines = text.lines();
-    let row = lines.find(|line| line.starts_with("cook-torrance.recipe"));
+    let row = lines.find(|line| line.starts_with("| cook-torrance.recipe"));
     let figures = ["loss", "standard_error"]
         .map(|field| format!("{:.4}", number(&all["differences"][1][field])));
     assert_names(row.expect("a row"), &figures.each_ref().map(String::as_str));
+}
+
+#[test]
+fn writes_page_of_spheres() {
+    let folder = folder();
+    let options = "evaluate --recipe phong.recipe neural.recipe --test procedural:2:3";
+    let printed = folder.succeed(options);
+    assert_eq!(folder.succeed(&format!("{options} --out page")), printed);
+    // For each of two materials, itself and two fits.
+    let names = folder.names("page/pictures");
+    assert_eq!(names.len(), 2 * 3, "{names:?}");
+    let spheres = names.iter().map(|name| {
+        let picture = pixels_of_png(&folder.at("page/pictures").join(name));
+        assert_eq!([picture.width, picture.height], [SPHERE_SIZE; 2]);
+        picture.pixels
+    });
+    let spheres: HashSet<_> = spheres.collect();
+    assert_eq!(spheres.len(), names.len(), "two spheres are equal");
+    let page = folder.read_text("page/index.html");
+    assert_names(&page, &["phong.recipe", "neural.recipe", "Scan (s)"]);
 }
 
 /// Writes a recipe of Linear, and its basis, that states these training materials.
@@ -115,15 +139,11 @@ fn marks_training_materials() {
     assert_eq!(report["new"]["materials"], 1);
     assert_eq!(report["new"]["loss"], report["materials"][0]["loss"]);
 
-    // The text reports name them once more, in addition to the rows of all materials.
-    for command in [
-        "evaluate --test procedural:2 --recipe k.recipe",
-        "render sphere procedural:2 --recipe k.recipe --size 8",
-    ] {
-        let text = folder.succeed_with_messages(command).concat();
-        let times = |index: usize| text.matches(set[index].name()).count();
-        assert_eq!((times(0), times(1)), (1, 2), "{text}");
-    }
+    // The text report names them once more, in addition to the rows of all materials.
+    let command = "evaluate --test procedural:2 --recipe k.recipe";
+    let text = folder.succeed_with_messages(command).concat();
+    let times = |index: usize| text.matches(set[index].name()).count();
+    assert_eq!((times(0), times(1)), (1, 2), "{text}");
 
     // All materials are unseen.
     write_recipe_trained_on(&folder, &[("another", 1)]);

@@ -89,7 +89,12 @@ const CASES: [Case; 18] = [
     },
     Case {
         base: "evaluate --recipe any.recipe --test procedural:2:3 --geometry in-plane",
-        options: &[&["--noise 0.05", "--seeds 2", "--basis small.basis"]],
+        options: &[&[
+            "--noise 0.05",
+            "--seeds 2",
+            "--basis small.basis",
+            "--out page",
+        ]],
     },
     Case {
         base: "fit m.recipe --measurements m.csv --out fit",
@@ -137,13 +142,7 @@ const CASES: [Case; 18] = [
     },
     Case {
         base: "render sphere procedural:2:3",
-        options: &[&[
-            "--recipe n.recipe",
-            "--out s.npy",
-            "--size 40",
-            "--columns 1",
-            "--json",
-        ]],
+        options: &[&["--out s.npy", "--size 40", "--columns 1", "--json"]],
     },
     Case {
         base: "render view n.recipe --material procedural:1:3",

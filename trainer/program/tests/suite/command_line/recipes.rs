@@ -12,7 +12,8 @@ fn lists_and_writes_bundled_recipes() {
     let folder = Folder::new();
     let list = folder.succeed("recipes list");
     for bundled in bundled::ALL {
-        let is_listed = list.lines().any(|line| line.starts_with(bundled.name));
+        let row = format!("| {} ", bundled.name);
+        let is_listed = list.lines().any(|line| line.starts_with(&row));
         assert!(is_listed, "{} in {list}", bundled.name);
     }
 

@@ -1,0 +1,286 @@
+//! The long table of an experiment: a record for each evaluation and for each published value.
+
+use glimpse_core::gonio::Limits;
+use glimpse_core::model::ModelKind;
+use glimpse_evaluation::evaluation::{Report, names};
+use glimpse_evaluation::metrics::METRICS;
+use glimpse_training::route::{Machine, Order, Route, stops};
+
+use super::case::{Approach, Case, Variation};
+use super::paper::Published;
+use super::store::{Store, TestSet};
+use crate::report::{Cell, Column, Table};
+
+/// A row of the long table: a case on a test set, and its values.
+#[derive(Clone)]
+pub(super) struct Record {
+    pub(super) case: Case,
+    /// True for the paper's values.
+    pub(super) published: bool,
+    /// The material with its position in an order, or a group of materials; None for the means over the test set.
+    pub(super) material: Option<(usize, String)>,
+    /// In the order of [`METRICS`]; NaN if unknown.
+    pub(super) metrics: [f64; METRICS.len()],
+    /// Increase of the loss by the variation, in percent; NaN if unknown.
+    pub(super) increase: f64,
+    /// Seconds of a scan with the pattern in the fastest order.
+    pub(super) seconds: Option<f64>,
+    /// The evaluation that the means are from.
+    pub(super) report: Option<Report>,
+}
+
+/// A column of the long table, or a number that is computed from its rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Key {
+    /// The origin of the values: the paper, or this run.
+    Source,
+    Model,
+    Method,
+    /// The column of the method in tables with a row for each model.
+    Approach,
+    Samples,
+    Components,
+    Variation,
+    Material,
+    Position,
+    /// An index in [`METRICS`].
+    Metric(usize),
+    /// A number of samples, as a multiple of another, at which a metric is equal.
+    Times(usize),
+    /// Standard error of the mean loss over the materials.
+    StandardError,
+    /// Mean of the loss over the records of a row.
+    Mean,
+    /// Standard deviation of the loss over the records of a row, in percent of their mean.
+    Spread,
+    Increase,
+    Seconds,
+    /// Mean loss divided by the mean of the predicted losses.
+    TruthOverPredicted,
+    /// Share of materials whose loss is at most its bound.
+    BoundHolds,
+}
+
+pub(super) const LOSS: Key = Key::Metric(0);
+pub(super) const DSSIM: Key = Key::Metric(1);
+pub(super) const DELTA_E: Key = Key::Metric(4);
+
+/// The columns of the long table's file.
+const ALL: [Key; 17] = [
+    Key::Source,
+    Key::Model,
+    Key::Method,
+    Key::Samples,
+    Key::Components,
+    Key::Variation,
+    Key::Material,
+    LOSS,
+    DSSIM,
+    Key::Metric(2),
+    Key::Metric(3),
+    DELTA_E,
+    Key::StandardError,
+    Key::Increase,
+    Key::Seconds,
+    Key::TruthOverPredicted,
+    Key::BoundHolds,
+];
+
+impl Key {
+    /// Returns the column with the number format of a table.
+    pub(super) fn column(self) -> Column {
+        match self {
+            Self::Source => Column::text("Source"),
+            Self::Model => Column::text("Model"),
+            Self::Method | Self::Approach => Column::text("Method"),
+            Self::Samples => Column::plain("n", 0),
+            Self::Components => Column::plain("components", 0),
+            Self::Variation => Column::text("Variation"),
+            Self::Material => Column::text("Material"),
+            Self::Position => {
+                Column::plain("material, sorted by the loss of the paper's method", 0)
+            }
+            Self::Metric(index) => Column::metric(&METRICS[index]),
+            Self::Times(index) => Column::plain(format!("{}, x", METRICS[index].title), 1),
+            Self::StandardError => Column::plain("Loss: std. error", 4),
+            Self::Mean => Column::plain("mean", 4),
+            Self::Spread => Column::plain("standard deviation, %", 1),
+            Self::Increase => Column::plain("increase, %", 1),
+            Self::Seconds => Column::plain("seconds", 1),
+            Self::TruthOverPredicted => Column::plain("truth / predicted", 2),
+            Self::BoundHolds => Column::plain("bound holds", 2),
+        }
+    }
+
+    /// Returns the entry of a row: the label that its records share, or the mean of their values.
+    pub(super) fn cell(self, records: &[&Record]) -> Cell {
+        let label = records.first().map(|record| self.label(record));
+        if let Some(label @ (Cell::Text(_) | Cell::Number(_))) = label {
+            return label;
+        }
+        let values = records.iter().map(|record| self.value(record));
+        let values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+        let count = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        match self {
+            _ if values.is_empty() => Cell::Missing,
+            Self::Spread if values.len() < 2 => Cell::Missing,
+            Self::Spread => {
+                let squares = values.iter().map(|value| (value - mean).powi(2));
+                let deviation = (squares.sum::<f64>() / (count - 1.0)).sqrt();
+                Cell::Number(100.0 * deviation / mean)
+            }
+            _ => Cell::Number(mean),
+        }
+    }
+
+    /// Returns the heading of a column or picture for a record.
+    pub(super) fn heading(self, record: &Record) -> String {
+        let label = self.label(record);
+        match self {
+            Self::Samples => format!("n = {label}"),
+            _ => label.to_string(),
+        }
+    }
+
+    /// Returns the label of a record; [`Cell::Missing`] if it has none, or for a value.
+    fn label(self, record: &Record) -> Cell {
+        let case = &record.case;
+        let material = record.material.as_ref();
+        match self {
+            Self::Source if record.published => "published".into(),
+            Self::Source => "measured".into(),
+            Self::Model => match case.approach {
+                Approach::Black | Approach::Ggx => case.method().into(),
+                _ => title(case.model).into(),
+            },
+            Self::Approach => match case.approach {
+                Approach::Black => names::RANDOM.into(),
+                Approach::Baseline => "Meta, NJR15".into(),
+                _ => case.method().into(),
+            },
+            Self::Method => case.method().into(),
+            Self::Samples => record.samples().into(),
+            Self::Components => Some(case.components)
+                .filter(|_| case.model == ModelKind::Linear)
+                .into(),
+            Self::Variation => case.variation.to_string().as_str().into(),
+            Self::Material => material.map(|(_, name)| name.as_str()).into(),
+            Self::Position => material.map(|(position, _)| position + 1).into(),
+            _ => Cell::Missing,
+        }
+    }
+
+    /// Returns the value of a record; NaN if it has none.
+    fn value(self, record: &Record) -> f64 {
+        let report = record.report.as_ref();
+        let value = match self {
+            Self::Metric(index) | Self::Times(index) => Some(record.metrics[index]),
+            Self::Mean | Self::Spread => Some(record.metrics[0]),
+            Self::Increase => Some(record.increase),
+            Self::Seconds => record.seconds,
+            Self::StandardError => report.and_then(|report| report.loss_standard_error),
+            Self::TruthOverPredicted => report.and_then(|report| {
+                let predicted = report.predicted_losses()?;
+                Some(report.losses().iter().sum::<f64>() / predicted.iter().sum::<f64>())
+            }),
+            Self::BoundHolds => report.and_then(Report::bound_coverage),
+            _ => None,
+        };
+        value.unwrap_or(f64::NAN)
+    }
+}
+
+impl Record {
+    /// Creates a record of metrics, of which the last ones may be unknown.
+    pub(super) fn new(case: Case, known: &[f64]) -> Self {
+        let mut metrics = [f64::NAN; METRICS.len()];
+        metrics[..known.len()].copy_from_slice(known);
+        Self {
+            case,
+            published: false,
+            material: None,
+            metrics,
+            increase: f64::NAN,
+            seconds: None,
+            report: None,
+        }
+    }
+
+    /// Returns n; None if it is unlimited, or not stated.
+    pub(super) fn samples(&self) -> Option<usize> {
+        let evaluated = self.report.as_ref().map(|report| report.samples);
+        Some(evaluated.unwrap_or(self.case.samples)).filter(|samples| *samples > 0)
+    }
+}
+
+/// Returns the long table of cases on a test set: their evaluations, then the published values. `timed` adds the seconds of
+/// scans with patterns.
+pub(super) fn evaluate(
+    store: &Store<'_>,
+    set: &TestSet<'_>,
+    cases: &[Case],
+    published: &[Published],
+    timed: bool,
+) -> anyhow::Result<Vec<Record>> {
+    let mut records: Vec<Record> = Vec::new();
+    for &case in cases {
+        let report = store.evaluation(set, &case)?;
+        let mut record = Record::new(case, &report.metrics.values());
+        let base = case.with(Variation::None);
+        if let Some(base) = records.iter().find(|record| record.case == base) {
+            record.increase = 100.0 * (record.metrics[0] / base.metrics[0] - 1.0);
+        }
+        record.seconds = report.seconds;
+        if let (true, None, Some(trained)) = (timed, report.seconds, case.trained()) {
+            let named = store.recipe(&trained)?;
+            let stops = stops(&named.file.recipe(), &Limits::NONE)
+                .map_err(|_| anyhow::anyhow!("a sample is below the horizon"))?;
+            let (machine, seed) = (Machine::default(), store.settings.seed);
+            record.seconds = Some(Route::new(&machine, &stops, Order::Travel, seed).total());
+        }
+        record.report = Some(report);
+        records.push(record);
+    }
+    records.extend(published.iter().map(|(case, metrics, increase)| Record {
+        published: true,
+        increase: *increase,
+        ..Record::new(*case, metrics)
+    }));
+    Ok(records)
+}
+
+/// Returns the long table for a file.
+pub(super) fn long_table(records: &[Record]) -> Table {
+    let row = |record: &Record| ALL.map(|key| key.cell(&[record])).to_vec();
+    Table::new("", ALL.map(Key::column), records.iter().map(row))
+}
+
+/// Returns a model's name as written in the paper.
+fn title(model: ModelKind) -> &'static str {
+    match model {
+        ModelKind::Phong => "Phong",
+        ModelKind::CookTorrance => "Cook-Torrance",
+        ModelKind::Linear => "Linear",
+        ModelKind::Neural => "Neural",
+        _ => model.name(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unknown_values_are_missing() {
+        let case = Case::new(Approach::Glimpse, ModelKind::Linear, 0);
+        let record = |loss| Record::new(case, &[loss]);
+        let [known, unknown] = [record(0.25), record(f64::NAN)];
+        assert_eq!(LOSS.cell(&[&known, &unknown]), Cell::Number(0.25));
+        for records in [&[][..], &[&unknown], &[&known]] {
+            for key in [Key::TruthOverPredicted, Key::BoundHolds, Key::Spread] {
+                assert_eq!(key.cell(records), Cell::Missing, "{key:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,346 @@
+//! Views of a long table: tables, plots, rendered spheres and drawings of patterns.
+
+use std::path::Path;
+use std::ptr;
+
+use super::glossiness::by_glossiness;
+use super::record::{Key, LOSS, Record};
+use super::store::Store;
+use crate::report::{
+    Axis, Cell, Column, Compare, Gallery, GalleryRow, Highlight, Page, Plot, Scale, Series, Table,
+    pattern_svg, write_file,
+};
+
+/// A view of the records for which `of` is true.
+pub(super) struct View {
+    /// Name of the files; with `by_model`, the model's name follows.
+    pub(super) name: &'static str,
+    pub(super) caption: &'static str,
+    pub(super) of: fn(&Record) -> bool,
+    /// True if each model has a view of its own.
+    pub(super) by_model: bool,
+    pub(super) form: Form,
+}
+
+/// The form of a view.
+pub(super) enum Form {
+    /// A table: the labels of a row, the other columns, and the numbers that are compared.
+    Table(&'static [Key], &'static [Columns], Option<Compare>),
+    /// A plot of the second key over the first one, with a line for each label of the last ones.
+    Plot(Key, Key, &'static [Key]),
+    /// Spheres of materials of the test set: a function from their number to their positions from diffuse to glossy, the
+    /// labels of a row, and that of a picture.
+    Spheres(fn(usize) -> Vec<usize>, &'static [Key], Key),
+    /// Drawings of the pattern of each record.
+    Patterns,
+}
+
+/// Columns of a table after the labels.
+pub(super) enum Columns {
+    /// A value for each label of some keys, of this run and then of the paper.
+    By(&'static [Key], Key),
+    /// A title, the records with the value, the value, and its decimals.
+    Named(&'static str, fn(&Record) -> bool, Key, usize),
+}
+
+/// The presentation of an experiment's results: a page, and files in its folder.
+pub(super) struct Output<'a> {
+    pub(super) folder: &'a Path,
+    pub(super) page: Page,
+    /// The tables of the page, with the names of their files.
+    pub(super) tables: Vec<(String, Table)>,
+}
+
+impl Output<'_> {
+    /// Writes a file into the folder.
+    pub(super) fn write(&self, name: &str, text: &str) -> anyhow::Result<()> {
+        write_file(&self.folder.join(name), text.as_bytes())
+    }
+
+    fn drawing(&mut self, name: &str, svg: &str, caption: &str) -> anyhow::Result<()> {
+        self.page.drawing(svg, caption);
+        self.write(&format!("{name}.svg"), svg)
+    }
+}
+
+impl View {
+    /// Creates a view of all records.
+    pub(super) const fn new(name: &'static str, caption: &'static str, form: Form) -> Self {
+        Self {
+            name,
+            caption,
+            of: |_| true,
+            by_model: false,
+            form,
+        }
+    }
+
+    /// Restricts the view to some records.
+    pub(super) const fn of(self, of: fn(&Record) -> bool) -> Self {
+        Self { of, ..self }
+    }
+
+    /// Shows each model in a view of its own.
+    pub(super) const fn by_model(self) -> Self {
+        Self {
+            by_model: true,
+            ..self
+        }
+    }
+
+    /// Shows records. `suffix` is appended to names of files, and `settings` to captions.
+    pub(super) fn show(
+        &self,
+        store: &Store<'_>,
+        records: &[Record],
+        [suffix, settings]: [&str; 2],
+        output: &mut Output<'_>,
+    ) -> anyhow::Result<()> {
+        let shown: Vec<&Record> = records.iter().filter(|record| (self.of)(record)).collect();
+        let keys: &[Key] = if self.by_model { &[Key::Model] } else { &[] };
+        for (model, records) in groups(&shown, keys) {
+            let title = joined(&model, self.caption);
+            let caption = format!("{title}. {settings}");
+            let slug = model
+                .iter()
+                .map(|label| format!("-{}", label.to_string().to_lowercase()));
+            let name = self.name.to_owned() + &slug.collect::<String>() + suffix;
+            match &self.form {
+                Form::Table(rows, columns, compare) => {
+                    let table = Table {
+                        caption,
+                        ..table(&records, rows, columns, *compare)
+                    };
+                    output.page.table(&table);
+                    output.write(&format!("{name}.csv"), &table.to_csv())?;
+                    output.tables.push((name, table));
+                }
+                Form::Plot(x, y, by) => {
+                    let svg = plot(&records, *x, *y, by, title).to_svg();
+                    output.drawing(&name, &svg, &caption)?;
+                }
+                Form::Spheres(pick, rows, tile) => {
+                    let rows = spheres(store, &records, *pick, rows, *tile)?;
+                    output.page.gallery(&Gallery { caption, rows });
+                }
+                Form::Patterns => {
+                    for case in records.iter().map(|record| &record.case) {
+                        let svg =
+                            store.with_method(case, |method| Ok(pattern_svg(method.pattern())))?;
+                        output.drawing(&case.name(), &svg, &case.name())?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Groups records by their labels, in the order of their first appearance.
+fn groups<'r>(records: &[&'r Record], keys: &[Key]) -> Vec<(Vec<Cell>, Vec<&'r Record>)> {
+    let mut groups: Vec<(Vec<Cell>, Vec<&Record>)> = Vec::new();
+    for record in records {
+        let labels: Vec<Cell> = keys.iter().map(|key| key.cell(&[record])).collect();
+        match groups.iter_mut().find(|(other, _)| *other == labels) {
+            Some((_, group)) => group.push(record),
+            None => groups.push((labels, vec![record])),
+        }
+    }
+    groups
+}
+
+/// Joins labels, and a text unless it is empty.
+fn joined(labels: &[Cell], text: &str) -> String {
+    let labels = labels.iter().map(Cell::to_string);
+    let words = labels.chain([text.to_owned()]);
+    let words: Vec<String> = words.filter(|word| !word.is_empty()).collect();
+    words.join(", ")
+}
+
+/// A column of a table with the records that it shows.
+struct Shown<'r> {
+    column: Column,
+    records: Vec<&'r Record>,
+    value: Key,
+}
+
+fn table(
+    records: &[&Record],
+    rows: &[Key],
+    columns: &[Columns],
+    compare: Option<Compare>,
+) -> Table {
+    let shown = columns.iter().flat_map(|columns| columns.shown(records));
+    let mut shown: Vec<Shown<'_>> = shown.collect();
+    shown.sort_by_key(|shown| shown.column.title.starts_with(PUBLISHED));
+    for shown in &mut shown {
+        // In a row, only losses have a common scale.
+        if compare.is_none() || compare == Some(Compare::WithinRow) && shown.value != LOSS {
+            shown.column.highlight = Highlight::None;
+        }
+    }
+    let entries = groups(records, rows).into_iter().map(|(labels, records)| {
+        let cells = shown.iter().map(|shown| {
+            let mut both = shown.records.clone();
+            both.retain(|record| records.iter().any(|other| ptr::eq(*record, *other)));
+            shown.value.cell(&both)
+        });
+        labels.into_iter().chain(cells).collect()
+    });
+    let entries: Vec<Vec<Cell>> = entries.collect();
+    let labels = rows.iter().map(|key| key.column());
+    let columns = labels.chain(shown.into_iter().map(|shown| shown.column));
+    Table {
+        compare: compare.unwrap_or(Compare::WithinColumn),
+        ..Table::new("", columns.collect::<Vec<_>>(), entries)
+    }
+}
+
+/// The beginning of the titles of columns with the paper's values.
+const PUBLISHED: &str = "paper: ";
+
+impl Columns {
+    /// Returns the columns with the records that each shows.
+    fn shown<'r>(&self, records: &[&'r Record]) -> Vec<Shown<'r>> {
+        let mut records = records.to_vec();
+        let (keys, value) = match *self {
+            Self::By(keys, value) => (keys, value),
+            Self::Named(title, of, value, decimals) => {
+                records.retain(|record| of(record));
+                let column = Column {
+                    title: title.to_owned(),
+                    decimals,
+                    ..value.column()
+                };
+                return vec![Shown {
+                    column,
+                    records,
+                    value,
+                }];
+            }
+        };
+        let groups = groups(&records, &[&[Key::Source], keys].concat()).into_iter();
+        let known = groups.filter(|(_, records)| value.cell(records) != Cell::Missing);
+        let shown = known.map(|(_, records)| {
+            let mut column = value.column();
+            let words = keys.iter().map(|key| key.heading(records[0]));
+            let mut words: Vec<String> = words.collect();
+            if words.is_empty() || value != LOSS {
+                words.push(column.title);
+            }
+            column.title = words.join(": ");
+            if records[0].published {
+                let title = PUBLISHED.to_owned() + &column.title;
+                column = Column::plain(title, column.decimals.min(3));
+            }
+            Shown {
+                column,
+                records,
+                value,
+            }
+        });
+        shown.collect()
+    }
+}
+
+fn plot(records: &[&Record], x: Key, y: Key, by: &[Key], title: String) -> Plot {
+    let number = |key: Key, record: &Record| match key.cell(&[record]) {
+        Cell::Number(number) => Some(number),
+        _ => None,
+    };
+    // An unlimited n is drawn at the right end.
+    let known = records.iter().filter_map(|record| number(x, record));
+    let end = known.fold(f64::NAN, f64::max);
+    let series = groups(records, by).into_iter().enumerate();
+    let series = series.map(|(color, (labels, records))| Series {
+        name: joined(&labels, ""),
+        color,
+        is_dashed: false,
+        points: records
+            .iter()
+            .map(|record| {
+                let y = number(y, record).unwrap_or(f64::NAN);
+                [number(x, record).unwrap_or(end), y]
+            })
+            .collect(),
+    });
+    Plot {
+        title,
+        x: Axis {
+            title: x.column().title,
+            scale: match x {
+                Key::Samples => Scale::Log2,
+                Key::Position => Scale::Linear,
+                _ => Scale::Log10,
+            },
+        },
+        y: Axis {
+            title: format!("{} (lower is better)", y.column().title),
+            scale: Scale::Log10,
+        },
+        series: series.collect(),
+    }
+}
+
+/// Fits and renders materials. Marks the fit with the lowest loss of a row.
+fn spheres(
+    store: &Store<'_>,
+    records: &[&Record],
+    pick: fn(usize) -> Vec<usize>,
+    rows: &[Key],
+    tile: Key,
+) -> anyhow::Result<Vec<GalleryRow>> {
+    let set = &store.sets[0];
+    let evaluator = set.evaluator();
+    let order = by_glossiness(set.materials, store.settings.seed);
+    let mut gallery = Vec::new();
+    for material in pick(order.len())
+        .into_iter()
+        .map(|position| order[position])
+    {
+        let reference = &*set.materials[material];
+        for (labels, records) in groups(records, rows) {
+            let fits = records.iter().map(|record| {
+                let seed = store.settings.seed.wrapping_add(material as u64);
+                let (metrics, picture) = store.with_method(&record.case, |method| {
+                    Ok(evaluator.compare(material, &method.fit(reference, seed)?)?)
+                })?;
+                Ok((tile.heading(record), metrics, picture))
+            });
+            let fits = fits.collect::<anyhow::Result<_>>()?;
+            let title = [&[reference.name().into()], &labels[..]].concat();
+            let picture = evaluator.reference(material).clone();
+            gallery.push(GalleryRow::of_fits(&joined(&title, ""), picture, fits));
+        }
+    }
+    Ok(gallery)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::case::{Approach, Case, MODELS, Variation};
+    use super::*;
+
+    #[test]
+    fn table_has_columns_by_label_and_then_published_ones() {
+        let record = |seed, loss| {
+            let case = Case::new(Approach::Paper, MODELS[0], 8);
+            Record::new(case.with(Variation::Seed(seed)), &[loss])
+        };
+        let published = Record {
+            published: true,
+            ..record(1, 0.5)
+        };
+        let records = [published, record(1, 0.25), record(2, 0.75)];
+        let columns = [
+            Columns::By(&[Key::Variation], LOSS),
+            Columns::By(&[], Key::Spread),
+            Columns::Named("none", |_| false, LOSS, 4),
+        ];
+        let records: Vec<&Record> = records.iter().collect();
+        let table = table(&records, &[Key::Model], &columns, None);
+        let expected = "Model,seed + 1,seed + 2,\"standard deviation, %\",none,paper: seed + 1\r\n\
+                        Phong,0.25,0.75,70.71067811865476,,0.5\r\n";
+        assert_eq!(table.to_csv(), expected);
+    }
+}
