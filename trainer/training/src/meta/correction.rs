@@ -21,6 +21,7 @@ pub struct Correction {
 }
 
 /// Corrected coefficients of a task.
+#[derive(Default)]
 pub struct Corrected {
     /// Those of red, then of green, then of blue.
     pub coefficients: Vec<f32>,
@@ -43,6 +44,14 @@ pub struct CorrectionGradient {
 }
 
 impl Corrected {
+    /// Returns coefficients that another stage estimated. They have no adjoint.
+    pub(super) fn estimated(coefficients: Vec<f32>) -> Self {
+        Self {
+            coefficients,
+            ..Self::default()
+        }
+    }
+
     /// Returns the innovation: the mean of |t| over the present readings and channels.
     #[must_use]
     pub fn innovation(&self, present: &[bool]) -> f32 {

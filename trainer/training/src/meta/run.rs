@@ -88,12 +88,10 @@ pub fn train(
     // Run on a thread of the rayon pool: other threads would pass each parallel loop to the pool and wait.
     rayon::scope(|_| match options.schedule {
         Schedule::Paper => Ok(paper::train(options, materials, checkpoints, observer)?),
-        Schedule::Prior if options.samples == 0 => {
-            let learned =
-                prior::train_at_any_directions(options, materials, checkpoints, observer)?;
+        Schedule::Prior => {
+            let learned = prior::train(options, materials, checkpoints, observer)?;
             learned.ok_or(TrainError::TooFewMaterials)
         }
-        Schedule::Prior => Ok(prior::train(options, materials, checkpoints, observer)?),
     })
 }
 

@@ -46,25 +46,16 @@ impl RandomStreams {
     /// Returns the tasks of a step's batch: consecutive entries of an order that is reshuffled each epoch.
     #[must_use]
     pub fn batch(self, outer_step: OuterStep, tasks: usize) -> Vec<usize> {
-        let size = outer_step.batch;
-        let mut batch = Vec::with_capacity(size);
-        let mut shuffled: Option<(usize, Vec<usize>)> = None;
-        for position in outer_step.step * size..(outer_step.step + 1) * size {
-            let epoch = position / tasks;
-            let order = match shuffled.take() {
-                Some((order_epoch, order)) if order_epoch == epoch => order,
-                _ => {
-                    let mut order: Vec<usize> = (0..tasks).collect();
-                    let epoch = OuterStep {
-                        step: epoch,
-                        ..outer_step
-                    };
-                    order.shuffle(&mut self.slot(epoch, 0));
-                    order
-                }
-            };
-            batch.push(order[position % tasks]);
-            shuffled = Some((epoch, order));
+        let first = outer_step.step * outer_step.batch;
+        let positions = first..first + outer_step.batch;
+        let mut batch = Vec::with_capacity(outer_step.batch);
+        for step in positions.start / tasks..positions.end.div_ceil(tasks) {
+            let epoch = OuterStep { step, ..outer_step };
+            let mut order: Vec<usize> = (0..tasks).collect();
+            order.shuffle(&mut self.slot(epoch, 0));
+            let start = positions.start.max(step * tasks);
+            let end = positions.end.min((step + 1) * tasks);
+            batch.extend((start..end).map(|position| order[position % tasks]));
         }
         batch
     }

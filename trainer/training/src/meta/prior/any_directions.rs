@@ -9,17 +9,13 @@ use glimpse_materials::{Identity, Material};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::dataset::{Dataset, VIRTUAL_READINGS};
-use super::objective::START_UNITS;
+use super::dataset::{Dataset, Subset};
+use super::objective::PriorObjective;
 use super::phases;
-use super::refinement::Refinement;
-use super::start_objective::StartObjective;
-use super::virtual_readings::VirtualReadings;
 use crate::linear::{COMPACT_NODES, GaussianPrior, to_compact_bytes};
 use crate::meta::learned::{LearnedFit, LearnedRecipe, LearnedRidge};
 use crate::meta::options::TrainingOptions;
 use crate::meta::outer::{Checkpoints, Observer, OuterLoop, Progress, RunError};
-use crate::meta::streams::RandomStreams;
 use crate::meta::tasks::material::TaskMaterial;
 use crate::meta::tasks::task::{Dropout, Task};
 
@@ -34,7 +30,7 @@ const NOISE_VARIANCE: f64 = 0.02;
 ///
 /// # Errors
 /// If the run is stopped, or a checkpoint cannot be read or written.
-pub(crate) fn train(
+pub(super) fn train(
     options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
     checkpoints: Option<&Checkpoints>,
@@ -102,34 +98,30 @@ pub(crate) fn train(
     let Ok(basis) = Basis::from_compact_bytes(&compact) else {
         return Ok(None);
     };
-    let refinement = Refinement::of(options.model).map(|refinement| {
-        let objective = StartObjective {
-            dataset: &dataset,
-            basis: &basis,
-            precision: [&mean_precision, &difference_precision],
-            virtual_readings: VirtualReadings::new(&basis, VIRTUAL_READINGS),
-            refinement,
-            shape: Shape {
-                samples: 0,
-                components: basis.components(),
-                hidden: 0,
-                units: START_UNITS,
-                parameters: refinement.model().parameters().unwrap_or(0),
-            },
-            streams: RandomStreams { seed: options.seed },
-        };
-        let values = OuterLoop {
-            initial: objective.initial_values(),
-            phases: &[phases::start_at_any_directions(&objective, options.effort)],
+    let subset = Subset::new(&dataset, basis, &[]);
+    let objective = PriorObjective::new(&subset, options);
+    let objective = PriorObjective {
+        shape: Shape {
+            components: subset.basis.components(),
+            hidden: 0,
+            ..objective.shape
+        },
+        random_directions: Some([&mean_precision, &difference_precision]),
+        ..objective
+    };
+    let refinement = if objective.refinement.is_some() {
+        let outer_loop = OuterLoop {
+            initial: objective.initial_values(0),
+            phases: &phases::phases(&objective, options.effort),
             path: None,
             identity: options.identity(&identities),
             checkpoints,
             stage: 0,
-        }
-        .run(observer)?;
-        Ok::<_, RunError>(objective.learned(values))
-    });
-    let refinement = refinement.transpose()?.flatten();
+        };
+        objective.learned(&outer_loop.run(observer)?)
+    } else {
+        None
+    };
     Ok(Some(LearnedRecipe {
         pattern: Vec::new(),
         fit: LearnedFit::Ridge {
@@ -140,7 +132,7 @@ pub(crate) fn train(
                 precision: mean_precision,
                 difference_precision,
                 noise_variance: Some(NOISE_VARIANCE as f32),
-                basis_checksum: basis.whole_checksum(),
+                basis_checksum: subset.basis.whole_checksum(),
             },
             refinement,
         },

@@ -7,7 +7,7 @@ use super::hyperparameters::Hyperparameters;
 use super::loss_predictor::Evidence;
 use super::refinement::{Refinement, RefinementInputs};
 use crate::linear::{ComponentsAt, add_scaled};
-use crate::meta::correction::{Corrected, Correction};
+use crate::meta::correction::{Corrected, Correction, bounded_precision};
 use crate::meta::pattern::Pattern;
 use crate::meta::phase::Values;
 use crate::meta::tasks::reading::Reading;
@@ -45,9 +45,12 @@ pub(super) struct Prepared<'v> {
     pub(super) hyperparameters: Hyperparameters,
     pub(super) pattern: Pattern,
     pub(super) correction: Correction,
+    /// The precisions of the ridge fit at [random directions](super::objective::PriorObjective::random_directions).
+    pub(super) random_directions: Option<[&'v [f32]; 2]>,
 }
 
 impl<'v> Prepared<'v> {
+    /// Prepares meta-parameters at a pattern.
     pub(super) fn new(
         subset: &'v Subset<'v>,
         shape: Shape,
@@ -68,6 +71,7 @@ impl<'v> Prepared<'v> {
             },
             hyperparameters,
             pattern,
+            random_directions: None,
         }
     }
 
@@ -101,46 +105,66 @@ pub(super) struct CompletedTasks<'a> {
 }
 
 impl<'a> CompletedTasks<'a> {
-    /// Computes the coefficients of tasks from their readings.
+    /// Computes the coefficients of tasks from their readings, and the outputs of the StartNet, if there is one.
     pub(super) fn new(
         prepared: &'a Prepared<'a>,
         tasks: &'a [Task],
         readings: &'a [Vec<Reading>],
     ) -> Self {
-        let shape = prepared.weights.shape;
-        let mut batch = Batch::new(shape, tasks.len());
-        let mut all_present = Vec::with_capacity(tasks.len());
-        for (index, (task, readings)) in tasks.iter().zip(readings).enumerate() {
+        let present = tasks.iter().map(|task| {
             let present = task.present.iter().zip(prepared.pattern.valid());
-            let present: Vec<bool> = present.map(|(present, valid)| *present && *valid).collect();
-            let gain = prepared.gain(&present);
+            present.map(|(present, valid)| *present && *valid).collect()
+        });
+        let mut completed = Self {
+            prepared,
+            tasks,
+            readings,
+            batch: Batch::new(prepared.weights.shape, tasks.len()),
+            present: present.collect(),
+            corrected: Vec::new(),
+        };
+        completed.corrected = match prepared.random_directions {
+            Some(precision) => completed.ridge(precision),
+            None => completed.complete(),
+        };
+        if prepared.weights.shape.parameters > 0 {
+            for (index, corrected) in completed.corrected.iter().enumerate() {
+                let batch = &mut completed.batch;
+                batch.set_coefficients(index, &corrected.coefficients);
+            }
+            completed.batch.activate(&prepared.weights);
+        }
+        completed
+    }
+
+    /// Computes coefficients by the CoefficientNet, and corrects them.
+    fn complete(&mut self) -> Vec<Corrected> {
+        let (prepared, batch) = (self.prepared, &mut self.batch);
+        for (index, (present, readings)) in self.present.iter().zip(self.readings).enumerate() {
+            let gain = prepared.gain(present);
             for (sample, reading) in readings.iter().enumerate() {
                 let values = reading.standardized.map(|dual| gain * dual.value);
                 batch.set_reading(index, sample, present[sample].then_some(values));
             }
-            all_present.push(present);
         }
         batch.complete(&prepared.weights);
-        let tasks_of_batch = readings.iter().zip(&all_present).enumerate();
-        let corrected = tasks_of_batch.map(|(index, (readings, present))| {
+        let tasks = self.readings.iter().zip(&self.present).enumerate();
+        let corrected = tasks.map(|(index, (readings, present))| {
             let completed = batch.coefficients(index);
             prepared.correction.correct(readings, present, &completed)
         });
-        let corrected: Vec<Corrected> = corrected.collect();
-        if shape.parameters > 0 {
-            for (index, corrected) in corrected.iter().enumerate() {
-                batch.set_coefficients(index, &corrected.coefficients);
-            }
-            batch.activate(&prepared.weights);
-        }
-        Self {
-            prepared,
-            tasks,
-            readings,
-            batch,
-            present: all_present,
-            corrected,
-        }
+        corrected.collect()
+    }
+
+    /// Computes coefficients by a ridge fit to all readings.
+    fn ridge(&self, precision: [&[f32]; 2]) -> Vec<Corrected> {
+        let at = &self.prepared.correction.at;
+        let [mean, difference] = precision.map(|precision| bounded_precision(&at.rows, precision));
+        let coefficients = self.readings.iter().map(|readings| {
+            let brdf = Reading::brdf(readings);
+            at.fit_channels([&mean, &difference], &brdf)
+        });
+        coefficients.map(Corrected::estimated).collect()
     }
 
     /// Returns the inputs of a task's refinement; None for the model Linear. The initial parameters are the shared ones

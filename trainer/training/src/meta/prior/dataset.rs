@@ -23,7 +23,7 @@ const MAX_POOL_SIZE: usize = 8_192;
 /// The maximum memory of the pool in bytes, enough for 4,096 materials at all directions.
 const MAX_POOL_BYTES: usize = 3 << 30;
 /// The number of virtual readings.
-pub(super) const VIRTUAL_READINGS: usize = 96;
+const VIRTUAL_READINGS: usize = 96;
 
 /// The training materials with their BRDF at many directions.
 pub struct Dataset {
@@ -183,14 +183,18 @@ impl<'d> Subset<'d> {
     /// Creates a subset with all materials except `held_out`.
     #[must_use]
     pub fn without(dataset: &'d Dataset, components: usize, held_out: &[usize]) -> Self {
-        let is_used = |index: &usize| !held_out.contains(index);
-        let all: Vec<usize> = (0..dataset.training_count).collect();
         let training = &dataset.materials[..dataset.training_count];
         let all_columns = dataset.columns.get_or_init(|| Columns::new(training));
-        let columns = all_columns.columns_of(|index| is_used(&index));
+        let columns = all_columns.columns_of(|index| !held_out.contains(&index));
         // Scaled to coefficients of about 1, which suit a small network.
         let scale = 1.0 / (columns.len() as f32).sqrt();
         let basis = principal_components(all_columns, &columns, components).scaled(scale);
+        Self::new(dataset, basis, held_out)
+    }
+
+    /// Creates a subset with all materials except `held_out`, and with principal components.
+    pub(super) fn new(dataset: &'d Dataset, basis: Basis, held_out: &[usize]) -> Self {
+        let is_used = |index: &usize| !held_out.contains(index);
         let groups = dataset.groups.iter().map(|group| MaterialGroup {
             materials: group.materials.iter().copied().filter(is_used).collect(),
             share: group.share,
@@ -202,7 +206,7 @@ impl<'d> Subset<'d> {
             virtual_readings: VirtualReadings::new(&basis, VIRTUAL_READINGS),
             groups: groups.filter(|group| !group.materials.is_empty()).collect(),
             validation_materials: match held_out {
-                [] => all,
+                [] => (0..dataset.training_count).collect(),
                 held_out => held_out.to_vec(),
             },
             basis,

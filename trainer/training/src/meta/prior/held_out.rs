@@ -3,7 +3,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::dataset::Dataset;
+use super::dataset::{Dataset, Directions};
 use super::loss_predictor::{Evidence, HeldOutLoss, HeldOutOrigin};
 use super::objective::PriorObjective;
 use crate::meta::options::TrainingOptions;
@@ -42,7 +42,8 @@ pub(super) struct TrainedFold<'t> {
 pub(super) struct HeldOut<'t> {
     dataset: &'t Dataset,
     options: &'t TrainingOptions,
-    correction: FoldCorrection,
+    /// The losses of the full run and of the shorter runs of folds, summed over materials that both train on.
+    sums: [f32; 2],
     losses: HeldOutLosses,
 }
 
@@ -65,7 +66,7 @@ impl<'t> HeldOut<'t> {
         Self {
             dataset,
             options,
-            correction: FoldCorrection::default(),
+            sums: [0.0; 2],
             losses: HeldOutLosses {
                 complete: Vec::new(),
                 partial: counts
@@ -78,20 +79,18 @@ impl<'t> HeldOut<'t> {
 
     /// Adds the losses of a fold's materials.
     pub(super) fn add(&mut self, trained: &TrainedFold<'_>) {
-        let ((full, values), (fold, fold_values)) = (trained.full, trained.fold);
+        let ((full, values), (fold, _)) = (trained.full, trained.fold);
         let others: Vec<usize> = (0..self.dataset.training_count)
             .filter(|material| !trained.materials.contains(material))
             .collect();
-        self.correction.add(
-            &full.material_losses(values, &others),
-            &fold.material_losses(fold_values, &others),
-        );
         let plain = full.plain_tasks(&others, 1);
-        let correction = EvidenceCorrection::new(
-            &evidence(trained.full, &plain),
-            &evidence(trained.fold, &plain),
-        );
-        let measure = |tasks: &[Task], origin| -> Vec<HeldOutLoss> {
+        let both = [trained.full, trained.fold];
+        let both = both.map(|run| measure(run, &plain, &run.0.subset.validation));
+        for (sum, measured) in self.sums.iter_mut().zip(&both) {
+            *sum += measured.iter().map(|task| task.loss).sum::<f32>();
+        }
+        let factors = evidence_factors(&both);
+        let held_out = |tasks: &[Task], origin| -> Vec<HeldOutLoss> {
             let directions = match origin {
                 HeldOutOrigin::Rough => &fold.subset.training,
                 _ => &fold.subset.validation,
@@ -99,16 +98,16 @@ impl<'t> HeldOut<'t> {
             let coefficients = full.map_tasks(values, tasks, |completed, index| {
                 completed.mean_coefficients(index)
             });
-            let results = coefficients
-                .into_iter()
-                .zip(evidence(trained.fold, tasks))
-                .zip(fold.task_losses(fold_values, tasks, directions))
-                .zip(tasks);
-            let results = results.map(|(((coefficients, evidence), loss), task)| HeldOutLoss {
+            let results = measure(trained.fold, tasks, directions);
+            let results = results.into_iter().zip(coefficients).zip(tasks);
+            let results = results.map(|((measured, coefficients), task)| HeldOutLoss {
                 material: task.material,
                 coefficients,
-                evidence: correction.correct(evidence),
-                loss,
+                evidence: Evidence {
+                    innovation: measured.evidence.innovation * factors.innovation,
+                    residual: measured.evidence.residual * factors.residual,
+                },
+                loss: measured.loss,
                 origin,
                 fold: trained.index,
             });
@@ -121,16 +120,16 @@ impl<'t> HeldOut<'t> {
         let rough_tasks = self.rough_tasks(trained);
         let complete = &mut self.losses.complete;
         for (materials, origin) in plain_materials {
-            complete.extend(measure(&fold.plain_tasks(materials, 1), origin));
+            complete.extend(held_out(&fold.plain_tasks(materials, 1), origin));
         }
-        complete.extend(measure(&rough_tasks, HeldOutOrigin::Rough));
+        complete.extend(held_out(&rough_tasks, HeldOutOrigin::Rough));
         for (count, losses) in &mut self.losses.partial {
             for (materials, origin) in plain_materials {
                 let tasks = fold
                     .plain_tasks(materials, PARTIAL_OCTET_STRIDE)
                     .into_iter();
                 let tasks: Vec<Task> = tasks.map(|task| task.ending_after(*count)).collect();
-                losses.extend(measure(&tasks, origin));
+                losses.extend(held_out(&tasks, origin));
             }
         }
     }
@@ -138,9 +137,11 @@ impl<'t> HeldOut<'t> {
     /// Returns the losses, corrected for the shorter runs of folds.
     pub(super) fn finish(self) -> HeldOutLosses {
         let mut losses = self.losses;
+        let [full, fold] = self.sums;
+        let ratio = if fold > 0.0 { full / fold } else { 1.0 };
         let partial = losses.partial.iter_mut().flat_map(|(_, list)| list);
         for held_out in losses.complete.iter_mut().chain(partial) {
-            held_out.loss *= self.correction.ratio();
+            held_out.loss *= ratio;
         }
         losses
     }
@@ -176,11 +177,36 @@ impl<'t> HeldOut<'t> {
     }
 }
 
-/// Returns the evidence of tasks' readings.
-fn evidence((objective, values): Trained<'_>, tasks: &[Task]) -> Vec<Evidence> {
-    objective.map_tasks(values, tasks, |completed, index| {
-        completed.evidence(index, objective.refinement)
+/// The loss of a task, and the evidence of its readings.
+struct Measured {
+    loss: f32,
+    evidence: Evidence,
+}
+
+/// Returns the losses of tasks at some directions, and the evidence of their readings.
+fn measure(
+    (objective, values): Trained<'_>,
+    tasks: &[Task],
+    directions: &Directions<'_>,
+) -> Vec<Measured> {
+    objective.map_tasks(values, tasks, |completed, index| Measured {
+        loss: completed.loss(index, objective.refinement, directions).loss,
+        evidence: completed.evidence(index, objective.refinement),
     })
+}
+
+/// Returns the factors between the evidence of the full run and that of a fold's shorter run: means of logarithms over
+/// materials that both runs train on. The evidence of held-out materials is multiplied by them.
+fn evidence_factors([full, fold]: &[Vec<Measured>; 2]) -> Evidence {
+    let mean = |list: &[Measured], value: fn(&Evidence) -> f32| {
+        let sum: f32 = list.iter().map(|task| value(&task.evidence)).sum();
+        sum / list.len().max(1) as f32
+    };
+    let factor = |value| (mean(full, value) - mean(fold, value)).exp();
+    Evidence {
+        innovation: factor(Evidence::log_innovation),
+        residual: factor(Evidence::log_residual),
+    }
 }
 
 /// Returns the numbers of readings below `samples` at which scans that end early are measured, in ascending order: all
@@ -194,54 +220,6 @@ fn partial_counts(samples: usize) -> Vec<usize> {
     let mut counts: Vec<usize> = counts.collect();
     counts.dedup();
     counts
-}
-
-/// The ratio of the losses of two recipes: the full run, and the shorter runs of folds. The losses are summed over
-/// materials that both runs train on. Held-out losses are multiplied by this ratio.
-#[derive(Default)]
-struct FoldCorrection {
-    full_sum: f32,
-    fold_sum: f32,
-}
-
-impl FoldCorrection {
-    fn add(&mut self, full_losses: &[f32], fold_losses: &[f32]) {
-        self.full_sum += full_losses.iter().sum::<f32>();
-        self.fold_sum += fold_losses.iter().sum::<f32>();
-    }
-
-    fn ratio(&self) -> f32 {
-        if self.fold_sum > 0.0 {
-            self.full_sum / self.fold_sum
-        } else {
-            1.0
-        }
-    }
-}
-
-/// The factors between the evidence of the full run and that of a fold's shorter run: means of logarithms over materials
-/// that both runs train on. The evidence of held-out materials is multiplied by them.
-struct EvidenceCorrection(Evidence);
-
-impl EvidenceCorrection {
-    fn new(full: &[Evidence], fold: &[Evidence]) -> Self {
-        let mean = |list: &[Evidence], value: fn(&Evidence) -> f32| {
-            let sum: f32 = list.iter().map(value).sum();
-            sum / list.len().max(1) as f32
-        };
-        let factor = |value| (mean(full, value) - mean(fold, value)).exp();
-        Self(Evidence {
-            innovation: factor(Evidence::log_innovation),
-            residual: factor(Evidence::log_residual),
-        })
-    }
-
-    fn correct(&self, evidence: Evidence) -> Evidence {
-        Evidence {
-            innovation: evidence.innovation * self.0.innovation,
-            residual: evidence.residual * self.0.residual,
-        }
-    }
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ mod any_directions;
 mod completed_tasks;
 pub mod dataset;
 mod folds;
-mod gradient_sum;
+mod gradient;
 mod held_out;
 mod hyperparameters;
 mod initial_weights;
@@ -18,9 +18,28 @@ pub mod objective;
 pub mod phases;
 pub mod refinement;
 mod sample_order;
-mod start_objective;
 mod train;
 mod virtual_readings;
 
-pub(super) use any_directions::train as train_at_any_directions;
-pub(super) use train::train;
+use glimpse_materials::Material;
+
+use super::learned::LearnedRecipe;
+use super::options::TrainingOptions;
+use super::outer::{Checkpoints, Observer, RunError};
+
+/// Trains a recipe. None if the materials of a recipe without a pattern are too few, or all the same.
+///
+/// # Errors
+/// If the run is stopped, or a checkpoint cannot be read or written.
+pub(super) fn train(
+    options: &TrainingOptions,
+    materials: Vec<Box<dyn Material>>,
+    checkpoints: Option<&Checkpoints>,
+    observer: &mut Observer<'_>,
+) -> Result<Option<LearnedRecipe>, RunError> {
+    if options.samples == 0 {
+        any_directions::train(options, materials, checkpoints, observer)
+    } else {
+        train::train(options, materials, checkpoints, observer).map(Some)
+    }
+}

@@ -1,37 +1,46 @@
 //! The objective of schedule prior: the loss over tasks and its gradient by the CoefficientNet, the StartNet and the
-//! pattern.
+//! pattern; for readings at random directions, by the StartNet alone.
 
 use glimpse_core::model::ModelKind;
 use glimpse_kernels::completion::Shape;
-use glimpse_kernels::lanes::WIDTH;
-use rand::SeedableRng;
+use glimpse_materials::sampling::uniform_valid;
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::completed_tasks::{CompletedTasks, Prepared, WeightedLoss, task_weight, weighted_mean};
+use super::completed_tasks::{CompletedTasks, Prepared, WeightedLoss, weighted_mean};
 use super::dataset::{Directions, Subset};
-use super::gradient_sum::GradientSum;
+use super::gradient::{Terms, chunk_gradient};
 use super::hyperparameters::Hyperparameters;
 use super::initial_weights::initial_weights;
-use super::refinement::{Refinement, RefinementGradient};
+use super::refinement::Refinement;
 use super::sample_order::greedy_order;
-use crate::linear::add_scaled;
 use crate::meta::expected_loss::LossEstimate;
 use crate::meta::initialization::initial_guess;
+use crate::meta::learned::LearnedRefinement;
+use crate::meta::options::TrainingOptions;
 use crate::meta::pattern::{Pattern, Reach};
 use crate::meta::phase::{OuterStep, Values, scaled_sum};
 use crate::meta::scan_budget::Motion;
 use crate::meta::streams::RandomStreams;
 use crate::meta::tasks::reading::Reading;
-use crate::meta::tasks::samples::uniform_weight;
 use crate::meta::tasks::task::{Dropout, Task};
 
 /// The number of tasks that a thread processes together.
-pub(super) const CHUNK: usize = 16;
+const CHUNK: usize = 16;
 /// The number of directions of a task's loss. Twice as many do not lower the loss on other materials.
 pub(super) const OUTER_SAMPLES: usize = 128;
+/// The number of coefficients, m.
+pub(super) const COMPONENTS: usize = 24;
+/// The number of hidden units of the CoefficientNet, h.
+const HIDDEN_UNITS: usize = 64;
 /// The number of hidden units of the StartNet, g.
-pub(super) const START_UNITS: usize = 32;
+const START_UNITS: usize = 32;
+/// The weight of the loss before the descent in the gradient, for models fitted by descent. The weight of the loss
+/// after the descent is 1.
+const AUXILIARY_WEIGHT: f32 = 0.3;
+/// The smallest and the largest number of readings at random directions.
+const RANDOM_READINGS: [f32; 2] = [4.0, 64.0];
 /// The initial precision of a component in the correction.
 const INITIAL_PRECISION: f32 = 3.0;
 /// The stride of the validation octets that are used to sort samples. A subset is accurate enough.
@@ -41,8 +50,8 @@ const INITIAL_TASKS: usize = 32;
 /// The random number stream of initial parameters.
 const INITIAL_STREAM: u64 = u64::MAX - 100;
 
-/// The objective of schedule prior: the CoefficientNet alone for the model Linear, otherwise with the StartNet and its
-/// refinement.
+/// The objective of schedule prior: the CoefficientNet at a trained pattern, or a ridge fit at random directions, and the
+/// StartNet with its refinement.
 pub struct PriorObjective<'a> {
     /// The materials of this run.
     pub subset: &'a Subset<'a>,
@@ -58,20 +67,11 @@ pub struct PriorObjective<'a> {
     pub reach: Reach<'a>,
     /// The motion of a scan, if its time has a budget.
     pub motion: Option<Motion>,
+    /// The precisions of a ridge fit at random directions, which are redrawn for each chunk of tasks, in place of the
+    /// CoefficientNet at a pattern: those of the channels' mean, and of the differences from it.
+    pub random_directions: Option<[&'a [f32]; 2]>,
     /// The values of an earlier run, whose pattern and hyperparameters a run starts with; None draws a pattern per guess.
     pub earlier: Option<&'a Values>,
-}
-
-/// The gradient of one task.
-struct TaskGradient {
-    /// The weighted loss.
-    loss: f32,
-    /// The weight of the task.
-    weight: f32,
-    /// The gradient of the weighted loss with respect to the coefficients.
-    coefficients: Vec<f32>,
-    /// The unweighted loss after the refinement, with its gradient.
-    refined: Option<RefinementGradient>,
 }
 
 /// The tasks of a step.
@@ -85,7 +85,45 @@ pub struct StepOptions {
     pub is_refined: bool,
 }
 
-impl PriorObjective<'_> {
+/// The tasks of a step at random directions.
+pub(super) const RANDOM_TASKS: StepOptions = StepOptions {
+    outer_samples: OUTER_SAMPLES,
+    dropout: Dropout::Any,
+    is_refined: true,
+};
+/// The tasks for the comparison of initial parameters at random directions.
+const RANDOM_STEP: OuterStep = OuterStep {
+    phase_index: 1,
+    step: 0,
+    batch: 2 * CHUNK,
+};
+
+impl<'a> PriorObjective<'a> {
+    /// Creates the objective of a run on a subset.
+    pub(super) fn new(subset: &'a Subset<'a>, options: &'a TrainingOptions) -> Self {
+        let parameters = options.model.parameters().unwrap_or(0);
+        Self {
+            subset,
+            shape: Shape {
+                samples: options.samples,
+                components: COMPONENTS.min(subset.basis.components()),
+                hidden: HIDDEN_UNITS,
+                units: if parameters > 0 { START_UNITS } else { 0 },
+                parameters,
+            },
+            streams: RandomStreams { seed: options.seed },
+            refinement: Refinement::of(options.model),
+            auxiliary_weight: AUXILIARY_WEIGHT,
+            reach: Reach {
+                limits: options.limits(),
+                fixed: &options.pattern,
+            },
+            motion: Motion::of(options),
+            random_directions: None,
+            earlier: None,
+        }
+    }
+
     /// Returns the model.
     #[must_use]
     pub fn model(&self) -> ModelKind {
@@ -98,7 +136,10 @@ impl PriorObjective<'_> {
     }
 
     fn prepare<'v>(&'v self, values: &'v Values, pattern: Pattern) -> Prepared<'v> {
-        Prepared::new(self.subset, self.shape, values, pattern)
+        Prepared {
+            random_directions: self.random_directions,
+            ..Prepared::new(self.subset, self.shape, values, pattern)
+        }
     }
 
     /// Returns initial meta-parameters. `guess` is the index of an independent initialization. The earlier run may have
@@ -125,13 +166,34 @@ impl PriorObjective<'_> {
                 self.streams.initial_pattern(guess, self.shape.samples),
             ),
         };
-        Values {
+        let values = Values {
             hyperparameters,
             initial: initial.unwrap_or_default(),
             pattern,
             coefficient_net,
             start_net,
+        };
+        match self.refinement {
+            Some(refinement) if self.random_directions.is_some() => {
+                let loss = |values: &Values| self.gradient(values, RANDOM_STEP, RANDOM_TASKS).0;
+                refinement.choose_initial(values, &mut random, loss)
+            }
+            _ => values,
         }
+    }
+
+    /// Returns the start and the steps of a recipe; None for the model Linear.
+    pub(super) fn learned(&self, values: &Values) -> Option<LearnedRefinement> {
+        let components = self.subset.basis.components();
+        let steps = Hyperparameters::decode(&values.hyperparameters, components).steps?;
+        let readings = &self.subset.virtual_readings;
+        Some(LearnedRefinement {
+            steps: self
+                .refinement?
+                .learned(values.initial.clone(), steps, readings),
+            shape: self.shape,
+            start_net: values.start_net.clone(),
+        })
     }
 
     /// Returns meta-parameters, or their moments, with the samples in another order, given as indices. A list may be
@@ -204,26 +266,30 @@ impl PriorObjective<'_> {
         outer_step: OuterStep,
         options: StepOptions,
     ) -> (f32, Values) {
+        let terms = Terms {
+            refinement: self.refinement.filter(|_| options.is_refined),
+            auxiliary_weight: self.auxiliary_weight,
+        };
+        let share = 1.0 / outer_step.batch as f32;
+        if self.random_directions.is_some() {
+            let chunks = (0..outer_step.batch).into_par_iter().step_by(CHUNK);
+            let chunks = chunks.map(|first| {
+                let count = CHUNK.min(outer_step.batch - first);
+                let random = &mut self.streams.slot(outer_step, first + 1);
+                let (pattern, tasks) = self.random_tasks(count, options, random);
+                chunk_gradient(&self.prepare(values, pattern), &tasks, terms)
+            });
+            return scaled_sum(share, &chunks.collect::<Vec<_>>());
+        }
         let prepared = self.prepare(values, self.reach.pattern(&values.pattern));
-        let dataset = self.subset.dataset;
-        let tasks: Vec<Task> = (0..outer_step.batch)
-            .map(|slot| {
-                Task::random(
-                    &dataset.pool,
-                    &self.subset.groups,
-                    &dataset.reading_options,
-                    [self.shape.samples, options.outer_samples],
-                    options.dropout,
-                    &mut self.streams.slot(outer_step, slot + 1),
-                )
-            })
-            .collect();
-        let refinement = self.refinement.filter(|_| options.is_refined);
-        let chunks: Vec<_> = tasks
-            .par_chunks(CHUNK)
-            .map(|tasks| self.chunk_gradient(&prepared, tasks, refinement))
-            .collect();
-        let (loss, mut gradient) = scaled_sum(1.0 / tasks.len() as f32, &chunks);
+        let tasks = (0..outer_step.batch).map(|slot| {
+            let random = &mut self.streams.slot(outer_step, slot + 1);
+            self.draw_task(self.shape.samples, options, random)
+        });
+        let tasks: Vec<Task> = tasks.collect();
+        let chunks = tasks.par_chunks(CHUNK);
+        let chunks = chunks.map(|tasks| chunk_gradient(&prepared, tasks, terms));
+        let (loss, mut gradient) = scaled_sum(share, &chunks.collect::<Vec<_>>());
         let (by_angles, _) = gradient.pattern.as_chunks();
         gradient.pattern = prepared
             .pattern
@@ -231,102 +297,30 @@ impl PriorObjective<'_> {
         (loss, gradient)
     }
 
-    /// Returns the loss of tasks and its gradient. That of the pattern is with respect to the angles.
-    fn chunk_gradient(
-        &self,
-        prepared: &Prepared<'_>,
-        tasks: &[Task],
-        refinement: Option<Refinement>,
-    ) -> (f32, Values) {
-        let readings = prepared.read_all(tasks);
-        let mut completed = CompletedTasks::new(prepared, tasks, &readings);
-        let mut sum = GradientSum::new(prepared.values, &prepared.hyperparameters);
-        let mut by_angles = vec![[0.0; 3]; self.shape.samples];
-        let mut by_corrected = Vec::with_capacity(tasks.len());
-        for index in 0..tasks.len() {
-            let task = self.task_gradient(&completed, index, refinement);
-            sum.loss += task.loss;
-            by_corrected.push(task.coefficients);
-            if let Some(refined) = task.refined {
-                sum.add_refined(&mut completed.batch, index, task.weight, &refined);
-                add_reading_gradient(&completed, index, task.weight, &refined, &mut by_angles);
-            }
-        }
-        let CompletedTasks {
-            mut batch,
-            present,
-            corrected,
-            ..
-        } = completed;
-        if refinement.is_some() {
-            for (index, by_corrected) in by_corrected.iter().enumerate() {
-                batch.set_coefficient_gradient(index, by_corrected);
-            }
-            batch.start_net_adjoint(&prepared.weights, &mut sum.values.start_net);
-            by_corrected = (0..tasks.len())
-                .map(|index| batch.coefficient_gradient(index))
-                .collect();
-        }
-        for (index, readings) in readings.iter().enumerate() {
-            let correction = &prepared.correction;
-            let gradient = correction.adjoint(&corrected[index], readings, &by_corrected[index]);
-            add_scaled(&mut sum.hyperparameters.precision, 1.0, &gradient.precision);
-            for (sum, by_sample) in by_angles.iter_mut().zip(&gradient.angles) {
-                add_scaled(sum, 1.0, by_sample);
-            }
-            batch.set_coefficient_gradient(index, &gradient.completed);
-        }
-        batch.adjoint(&prepared.weights, &mut sum.values.coefficient_net);
-        for (index, readings) in readings.iter().enumerate() {
-            let gain = prepared.gain(&present[index]);
-            let samples = readings.iter().zip(&present[index]).enumerate();
-            for (sample, (reading, _)) in samples.filter(|(_, (_, present))| **present) {
-                let by_reading = batch.by_reading(index, sample);
-                for (by_value, dual) in by_reading.iter().zip(&reading.standardized) {
-                    add_scaled(&mut by_angles[sample], gain * by_value, &dual.tangent);
-                }
-            }
-        }
-        sum.values.pattern = by_angles.into_flattened();
-        sum.finish(&prepared.hyperparameters)
+    fn draw_task(&self, samples: usize, options: StepOptions, random: &mut ChaCha8Rng) -> Task {
+        Task::random(
+            &self.subset.dataset.pool,
+            &self.subset.groups,
+            &self.subset.dataset.reading_options,
+            [samples, options.outer_samples],
+            options.dropout,
+            random,
+        )
     }
 
-    /// Returns the loss of one task, and its gradients.
-    fn task_gradient(
+    /// Draws random directions, and tasks with readings at all of them.
+    fn random_tasks(
         &self,
-        completed: &CompletedTasks<'_>,
-        index: usize,
-        refinement: Option<Refinement>,
-    ) -> TaskGradient {
-        let Directions { pool, table } = &self.subset.training;
-        let task = &completed.tasks[index];
-        let values = task.values(pool);
-        let coefficients = &completed.corrected[index].coefficients;
-        let mut by_coefficients = vec![0.0; coefficients.len()];
-        let [loss, black] = table.loss(
-            coefficients,
-            &task.octets,
-            &values,
-            uniform_weight(values.len()),
-            Some(&mut by_coefficients),
-        );
-        let weight = task_weight(black) * task.reading_weight();
-        let share = refinement.map_or(1.0, |_| self.auxiliary_weight);
-        for derivative in &mut by_coefficients {
-            *derivative *= share * weight;
-        }
-        let refined = refinement.zip(completed.inputs(index));
-        let refined = refined
-            .map(|(refinement, inputs)| refinement.gradient(&inputs, &task.samples(pool).octets()));
-        if let Some(refined) = &refined {
-            add_scaled(&mut by_coefficients, weight, &refined.coefficients);
-        }
-        TaskGradient {
-            loss: weight * refined.as_ref().map_or(loss, |refined| refined.loss),
-            weight,
-            coefficients: by_coefficients,
-            refined,
-        }
+        count: usize,
+        options: StepOptions,
+        random: &mut ChaCha8Rng,
+    ) -> (Pattern, Vec<Task>) {
+        let [min, max] = RANDOM_READINGS;
+        let samples = (min * (max / min).powf(random.random())) as usize;
+        let pattern = Pattern::new(uniform_valid(samples, random.random()));
+        let tasks = (0..count).map(|_| self.draw_task(samples, options, random));
+        let tasks = tasks.map(|task| task.ending_after(samples));
+        (pattern, tasks.collect())
     }
 
     /// Calls a function for each task, with the chunk of tasks that contains it and the index there.
@@ -373,25 +367,9 @@ impl PriorObjective<'_> {
     /// training materials at other directions.
     #[must_use]
     pub fn expected_loss(&self, values: &Values) -> LossEstimate {
-        LossEstimate::of(&self.material_losses(values, &self.subset.validation_materials))
-    }
-
-    /// Returns the unweighted loss of materials at the validation directions, without augmentation.
-    #[must_use]
-    pub fn material_losses(&self, values: &Values, materials: &[usize]) -> Vec<f32> {
-        let tasks = self.plain_tasks(materials, 1);
-        self.task_losses(values, &tasks, &self.subset.validation)
-    }
-
-    /// Returns the unweighted loss of tasks at some directions.
-    pub(super) fn task_losses(
-        &self,
-        values: &Values,
-        tasks: &[Task],
-        directions: &Directions<'_>,
-    ) -> Vec<f32> {
-        let losses = self.losses(values, tasks, self.refinement, directions);
-        losses.iter().map(|task| task.loss).collect()
+        let tasks = self.plain_tasks(&self.subset.validation_materials, 1);
+        let losses = self.losses(values, &tasks, self.refinement, &self.subset.validation);
+        LossEstimate::of(&losses.iter().map(|task| task.loss).collect::<Vec<_>>())
     }
 
     /// Returns tasks without augmentation, at every `stride`-th octet of validation directions.
@@ -402,29 +380,6 @@ impl PriorObjective<'_> {
             ..Task::plain(*material, self.shape.samples, 0)
         };
         materials.iter().map(plain).collect()
-    }
-}
-
-/// Adds the gradient of a task's refinement with respect to the angles of the present samples: their directions and their
-/// readings.
-fn add_reading_gradient(
-    completed: &CompletedTasks<'_>,
-    index: usize,
-    weight: f32,
-    refined: &RefinementGradient,
-    by_angles: &mut [[f32; 3]],
-) {
-    let pattern = &completed.prepared.pattern;
-    for (sample, sum) in by_angles.iter_mut().enumerate() {
-        if completed.present[index][sample] {
-            let by_sample = pattern.gradient_by_angles(&refined.samples, sample);
-            add_scaled(sum, weight, &by_sample);
-            let by_octet = refined.samples[sample / WIDTH].measured;
-            let slopes = completed.readings[index][sample].slopes;
-            for (by_channel, slopes) in by_octet.iter().zip(&slopes) {
-                add_scaled(sum, weight * by_channel.0[sample % WIDTH], slopes);
-            }
-        }
     }
 }
 

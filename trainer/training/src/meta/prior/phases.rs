@@ -3,8 +3,7 @@
 use glimpse_core::model::ModelKind;
 use glimpse_optimizer::Groups;
 
-use super::objective::{OUTER_SAMPLES, PriorObjective, StepOptions};
-use super::start_objective::StartObjective;
+use super::objective::{OUTER_SAMPLES, PriorObjective, RANDOM_TASKS, StepOptions};
 use crate::meta::options::Effort;
 use crate::meta::phase::{Gradient, Phase, Selection, Start};
 use crate::meta::tasks::task::Dropout;
@@ -138,39 +137,21 @@ fn start_net<'a>(objective: &'a PriorObjective<'a>, steps: usize) -> Phase<'a> {
     }
 }
 
-/// Returns the only phase of a training without a pattern, which trains the StartNet.
-#[must_use]
-pub fn start_at_any_directions<'a>(objective: &'a StartObjective<'a>, effort: Effort) -> Phase<'a> {
-    Phase {
-        name: "start network",
-        samples: 0,
-        start: None,
-        gradient: Box::new(move |values, step| objective.gradient(values, step)),
-        selection: Selection::Last,
-        steps: Steps::new(effort, ModelKind::Neural).start_net,
-        batch: 32,
-        rates: Groups {
-            initial: 1e-3,
-            hyperparameters: 1e-2,
-            start_net: 3e-3,
-            ..Groups::default()
-        },
-        final_rate_ratio: 0.01,
-        warm_up_steps: 100,
-        max_gradient_norm: 1.0,
-        weight_decay: 0.0,
-        initial_allowance: 1.0,
-    }
-}
-
 /// Returns the phases of a training on all materials.
 ///
 /// A search trains several patterns, each with its own CoefficientNet. The best pattern continues, with its samples
 /// sorted for scans that end early. Without a search, the samples keep their order. For models other than Linear, a final
-/// phase trains the StartNet.
+/// phase trains the StartNet, which is the only phase for random directions.
 #[must_use]
 pub fn phases<'a>(objective: &'a PriorObjective<'a>, effort: Effort) -> Vec<Phase<'a>> {
     let steps = Steps::new(effort, objective.model());
+    if objective.random_directions.is_some() {
+        return vec![Phase {
+            start: None,
+            gradient: Box::new(|values, step| objective.gradient(values, step, RANDOM_TASKS)),
+            ..start_net(objective, steps.start_net)
+        }];
+    }
     let search = (0..steps.patterns).map(|guess| {
         let start: Start<'a> = Box::new(move |_| objective.initial_values(guess));
         pattern_search(objective, steps.search, Some(start))

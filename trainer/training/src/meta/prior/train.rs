@@ -3,7 +3,6 @@
 use std::ops::ControlFlow;
 
 use glimpse_core::model::ModelKind;
-use glimpse_kernels::completion::Shape;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Identity, Material};
 
@@ -12,41 +11,28 @@ use super::folds::{FOLDS, Fold, folds};
 use super::held_out::{HeldOut, TrainedFold};
 use super::hyperparameters::Hyperparameters;
 use super::loss_predictor::{HeldOutLoss, LossPredictor};
-use super::objective::{PriorObjective, START_UNITS};
+use super::objective::{COMPONENTS, PriorObjective};
 use super::phases;
-use super::refinement::Refinement;
 use crate::linear::ComponentsAt;
 use crate::meta::expected_loss::{LossEstimate, ValidatedLoss, ValidationSplit};
 use crate::meta::identity::RunIdentity;
-use crate::meta::learned::{
-    LearnedFit, LearnedNet, LearnedRecipe, LearnedRefinement, LearnedRidge,
-};
+use crate::meta::learned::{LearnedFit, LearnedNet, LearnedRecipe, LearnedRidge};
 use crate::meta::options::{Effort, TrainingOptions};
 use crate::meta::outer::{Checkpoints, Observer, OuterLoop, PathOfSamples, Progress, RunError};
-use crate::meta::pattern::Reach;
 use crate::meta::phase::{Phase, Values};
-use crate::meta::scan_budget::Motion;
-use crate::meta::streams::RandomStreams;
 use crate::meta::tasks::reading::LOG_SCALE;
 
-/// The number of coefficients, m.
-const COMPONENTS: usize = 24;
 /// The number of components of the correction, K, for the model Linear with more samples than a device fits.
 const MAX_CORRECTED_COMPONENTS: usize = 120;
 /// The largest number of samples with [`COMPONENTS`] in the correction.
 const MAX_DEVICE_SAMPLES: usize = 64;
-/// The number of hidden units of the CoefficientNet, h.
-const HIDDEN_UNITS: usize = 64;
-/// The weight of the loss before the descent in the gradient, for models fitted by descent. The weight of the loss
-/// after the descent is 1.
-const AUXILIARY_WEIGHT: f32 = 0.3;
 
 /// Trains a recipe on all materials. Then trains once per fold on the materials outside the fold, to estimate the loss
 /// on unseen materials.
 ///
 /// # Errors
 /// If the run is stopped, or a checkpoint cannot be read or written.
-pub(crate) fn train(
+pub(super) fn train(
     options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
     checkpoints: Option<&Checkpoints>,
@@ -55,14 +41,12 @@ pub(crate) fn train(
     let identities = Identity::list(&materials);
     let identity = options.identity(&identities);
     let dataset = Dataset::of(materials, options);
-    let refinement = Refinement::of(options.model);
     let folds = folds(dataset.training_count, &options.source_shares, options.seed);
     let [steps, fold_steps] = phases::step_counts(options.effort, options.model);
     let mut session = Session {
         options,
         checkpoints,
         identity,
-        refinement,
         total: steps + folds.len() * fold_steps,
         done: 0,
         observer,
@@ -70,10 +54,9 @@ pub(crate) fn train(
 
     let components = corrected_components(options);
     let all = Subset::all(&dataset, components);
-    let objective = session.objective(&all, None);
+    let objective = PriorObjective::new(&all, options);
     let values = session.run(&objective, phases::phases, 0)?;
     let expected_loss = objective.expected_loss(&values);
-    let shape = objective.shape;
     let mut held_out = HeldOut::new(&dataset, options);
     for (index, Fold { materials, origin }) in folds.iter().enumerate() {
         // The classes of procedural materials that are left out with the fold.
@@ -81,7 +64,10 @@ pub(crate) fn train(
             .filter(|each| dataset.classes[each - dataset.training_count] % FOLDS == index)
             .collect();
         let subset = Subset::without(&dataset, components, &[&materials[..], &classes].concat());
-        let fold_objective = session.objective(&subset, Some(&values));
+        let fold_objective = PriorObjective {
+            earlier: Some(&values),
+            ..PriorObjective::new(&subset, options)
+        };
         let fold_values = session.run(&fold_objective, phases::fold, index + 1)?;
         held_out.add(&TrainedFold {
             index,
@@ -96,25 +82,17 @@ pub(crate) fn train(
     let expected_loss = validated_loss(expected_loss, &held_out.complete);
     let pattern = objective.reachable_pattern(&values).angles().to_vec();
     let hyperparameters = Hyperparameters::decode(&values.hyperparameters, all.basis.components());
+    let refinement = objective.learned(&values);
     let net = LearnedNet {
-        shape,
+        shape: objective.shape,
         missing: dataset.reading_options.missing_policy(),
         scale: LOG_SCALE,
         weights: values.coefficient_net,
     };
-    let basis = refinement.is_none().then(|| all.basis.to_bytes());
+    let basis = objective.refinement.is_none().then(|| all.basis.to_bytes());
     let checksum = basis.as_deref().map_or(0, Basis::checksum);
     let at = ComponentsAt::new(&all.basis, pattern.clone());
     let ridge = LearnedRidge::new(at, &hyperparameters.precision, checksum);
-    let refinement = refinement.zip(hyperparameters.steps);
-    let refinement = refinement.map(|(refinement, hyperparameters)| {
-        let steps = refinement.learned(values.initial, hyperparameters, &all.virtual_readings);
-        LearnedRefinement {
-            steps,
-            shape,
-            start_net: values.start_net,
-        }
-    });
     Ok(LearnedRecipe {
         pattern,
         fit: LearnedFit::Ridge {
@@ -167,7 +145,6 @@ struct Session<'s, 'o> {
     options: &'s TrainingOptions,
     checkpoints: Option<&'s Checkpoints>,
     identity: RunIdentity,
-    refinement: Option<Refinement>,
     /// The number of outer steps of all runs.
     total: usize,
     /// The number of completed outer steps.
@@ -175,40 +152,7 @@ struct Session<'s, 'o> {
     observer: &'s mut Observer<'o>,
 }
 
-impl<'s> Session<'s, '_> {
-    /// Returns the objective of a run on a subset.
-    fn objective<'a>(
-        &self,
-        subset: &'a Subset<'a>,
-        earlier: Option<&'a Values>,
-    ) -> PriorObjective<'a>
-    where
-        's: 'a,
-    {
-        let parameters = self.options.model.parameters().unwrap_or(0);
-        PriorObjective {
-            subset,
-            shape: Shape {
-                samples: self.options.samples,
-                components: COMPONENTS.min(subset.basis.components()),
-                hidden: HIDDEN_UNITS,
-                units: if parameters > 0 { START_UNITS } else { 0 },
-                parameters,
-            },
-            streams: RandomStreams {
-                seed: self.options.seed,
-            },
-            refinement: self.refinement,
-            auxiliary_weight: AUXILIARY_WEIGHT,
-            reach: Reach {
-                limits: self.options.limits(),
-                fixed: &self.options.pattern,
-            },
-            motion: Motion::of(self.options),
-            earlier,
-        }
-    }
-
+impl Session<'_, '_> {
     fn run<'a>(
         &mut self,
         objective: &'a PriorObjective<'a>,

@@ -88,6 +88,7 @@ fn with_reach<T>(
         auxiliary_weight: 0.0,
         reach,
         motion: None,
+        random_directions: None,
         earlier: None,
     };
     function(&objective)
@@ -258,25 +259,15 @@ fn training_is_independent_of_threads() {
     }
 }
 
-/// The run is stopped in its last phase.
+/// The run is stopped while the budget's weight and the order of the samples change, and in its last phase.
 #[test]
 fn resumed_run_matches_uninterrupted_run() {
-    assert_resumed_run_matches(None, 0.75);
-}
-
-/// The run is stopped while the budget's weight and the order of the samples change.
-#[test]
-fn resumed_run_with_a_budget_matches_uninterrupted_run() {
-    assert_resumed_run_matches(Some(8.0), 0.25);
-}
-
-fn assert_resumed_run_matches(scan_seconds: Option<f64>, stop_at: f64) {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let options = TrainingOptions {
         missing: Some(0.5),
         noise: 0.02,
         procedural: 0.0,
-        scan_seconds,
+        scan_seconds: Some(8.0),
         ..TrainingOptions::new(ModelKind::Phong, 3, Schedule::Prior, Effort::Brief, 3)
     };
     let run = |checkpoints, stop_at| {
@@ -288,11 +279,13 @@ fn assert_resumed_run_matches(scan_seconds: Option<f64>, stop_at: f64) {
             }
         })
     };
-    let expected = run(None, f64::INFINITY).expect("training succeeds");
+    let expected = run(None, 1.0).expect("training succeeds");
     let checkpoints = checkpoints(&scratch.path().join("checkpoint"));
-    let stopped = run(Some(&checkpoints), stop_at);
-    assert!(matches!(stopped, Err(TrainError::Stopped(_))));
-    let resumed = run(Some(&checkpoints), f64::INFINITY);
+    for stop_at in [0.25, 0.75] {
+        let stopped = run(Some(&checkpoints), stop_at);
+        assert!(matches!(stopped, Err(TrainError::Stopped(_))));
+    }
+    let resumed = run(Some(&checkpoints), 1.0);
     assert_eq!(resumed.expect("training succeeds"), expected);
 }
 
@@ -305,9 +298,12 @@ fn run_resumed_at_sample_reordering_matches_uninterrupted_run() {
         let run = |directory: Option<&Path>, stop_after| {
             let checkpoints = directory.map(checkpoints);
             let outer_loop = outer_loop(objective, &phases, checkpoints.as_ref());
-            outer_loop.run(&mut |progress| match progress.done == stop_after {
-                true => ControlFlow::Break(()),
-                false => ControlFlow::Continue(()),
+            outer_loop.run(&mut |progress| {
+                if progress.done == stop_after {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
             })
         };
         let expected = run(None, usize::MAX).expect("the run is not stopped");
