@@ -11,7 +11,7 @@ use glimpse_training::recipe::{Metadata, RecipeFile, Training};
 use glimpse_training::route::LimitArgs;
 use serde_json::{Value, json};
 
-use super::Folder;
+use super::{Folder, number, numbers};
 use crate::common::assert_names;
 
 /// The angles of three samples.
@@ -99,31 +99,30 @@ fn inspects_and_exports_linear_recipe() {
     }
     assert_eq!(folder.read("equal.postcard"), file.bytes());
 
-    let ridge = json!({
-        "precision": PRECISION,
-        "difference_precision": [],
-        "center": CENTER,
-        "rows": ROWS,
-        "basis_checksum": BASIS_CHECKSUM,
-    });
-    let pattern = json!({
-        "directions": PATTERN.as_flattened(),
-        "is_path": false,
-        "expected_loss": 0.0125_f32,
-    });
     let checksum = format!("{:08x}", file.recipe().checksum());
     let json = folder.read_json("equal.json");
-    for (key, expected) in [
-        ("model", json!("linear")),
-        ("samples", json!(3)),
-        ("checksum", json!(checksum)),
-        ("metadata", json!(metadata())),
-        ("pattern", pattern),
-        ("ridge", ridge),
-        ("net", Value::Null),
+    for (field, expected) in [
+        ("/model", json!("linear")),
+        ("/samples", json!(3)),
+        ("/checksum", json!(checksum)),
+        ("/pattern/is_path", json!(false)),
+        ("/ridge/difference_precision", json!([])),
+        ("/ridge/basis_checksum", json!(BASIS_CHECKSUM)),
+        ("/net", Value::Null),
     ] {
-        assert_eq!(json[key], expected, "{key}");
+        assert_eq!(json.pointer(field), Some(&expected), "{field}");
     }
+    for (list, expected) in [
+        (&json["pattern"]["directions"], PATTERN.as_flattened()),
+        (&json["ridge"]["precision"], &PRECISION),
+        (&json["ridge"]["center"], &CENTER),
+        (&json["ridge"]["rows"], &ROWS),
+    ] {
+        assert_eq!(numbers(list), expected);
+    }
+    assert_eq!(number(&json["pattern"]["expected_loss"]) as f32, 0.0125);
+    let exported: Metadata = serde_json::from_value(json["metadata"].clone()).expect("metadata");
+    assert_eq!(exported, metadata());
 
     let printed = folder.succeed("inspect equal.recipe");
     let figures = [
