@@ -15,8 +15,8 @@ use glimpse_materials::basis::Basis;
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{Source, Sources};
 use glimpse_training::meta::options::{Effort, TrainingOptions};
-use glimpse_training::meta::run::train;
 use glimpse_training::recipe::Metadata;
+use glimpse_training::run::train;
 
 /// Procedural materials with a seed that no recipe is trained on.
 const UNSEEN: &str = "procedural:40:4242";
@@ -74,12 +74,9 @@ fn cross_validated(recipe: &Recipe<'_>, rgl: &str) -> Result<f32, Box<dyn Error>
         source_shares,
         ..trained.clone()
     };
-    let learned = train(
-        &options,
-        materials,
-        None,
-        &mut |_| ControlFlow::Continue(()),
-    )?;
+    let learned = train(&options, &sources.label(), materials, None, &mut |_| {
+        ControlFlow::Continue(())
+    })?;
     let losses = learned
         .loss_predictor
         .map(|predictor| predictor.source_losses);

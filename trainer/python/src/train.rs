@@ -10,9 +10,8 @@ use glimpse_materials::MODELS;
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::options::{Effort, Schedule, TrainingOptions};
 use glimpse_training::meta::outer::{self, Checkpoints};
-use glimpse_training::meta::run::{check, train as meta_train};
-use glimpse_training::recipe::{RecipeFile, pack_recipe};
 use glimpse_training::route::MachineArgs;
+use glimpse_training::run::{check, train as meta_train};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
@@ -165,16 +164,14 @@ pub(crate) fn train(
                 ControlFlow::Continue(())
             }
         };
-        let learned =
-            meta_train(&options, materials, checkpoints.as_ref(), observe).map_err(Failure::new)?;
-        let file = pack_recipe(&learned, &options, &sources.label()).map_err(Failure::new)?;
-        Ok::<(RecipeFile, Option<Vec<u8>>), Failure>((file, learned.basis))
+        let data = sources.label();
+        meta_train(&options, &data, materials, checkpoints.as_ref(), observe).map_err(Failure::new)
     })?;
-    let (file, basis) = result?;
+    let trained = result?;
     if let Some(checkpoints) = &checkpoints {
         Checkpoint::remove(&checkpoints.directory);
     }
-    PyRecipe::new_with_basis(file, basis.as_deref())
+    PyRecipe::new_with_basis(trained.file, trained.basis.as_deref())
 }
 
 /// Returns the options with the given values, by their names.

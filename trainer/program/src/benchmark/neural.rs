@@ -11,7 +11,7 @@
 //! With dual numbers, a product forward or backward counts three times: value times value, tangent times value, and
 //! value times tangent. The accumulation only needs the tangent and counts twice.
 
-use glimpse_training::meta::run::INNER_STEPS;
+use glimpse_training::run::INNER_STEPS;
 
 const WEIGHTS: [u64; 3] = [5 * 21, 21 * 21, 21 * 3];
 const ALL_LAYERS: u64 = WEIGHTS[0] + WEIGHTS[1] + WEIGHTS[2];

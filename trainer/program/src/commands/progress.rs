@@ -6,10 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use glimpse_materials::Material;
-use glimpse_training::meta::learned::LearnedRecipe;
 use glimpse_training::meta::options::TrainingOptions;
 use glimpse_training::meta::outer::Checkpoints;
-use glimpse_training::meta::run::{TrainError, train};
+use glimpse_training::run::{TrainError, TrainedRecipe, train};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::lock;
@@ -39,31 +38,38 @@ pub(super) fn interrupted() -> bool {
 /// Trains with a progress bar of loss and remaining time.
 pub(crate) fn train_with_progress(
     options: &TrainingOptions,
+    data: &str,
     materials: Vec<Box<dyn Material>>,
     checkpoints: &Checkpoints,
-) -> anyhow::Result<LearnedRecipe> {
+) -> anyhow::Result<TrainedRecipe> {
     catch_interrupts()?;
     let steps = StepProgress::new("training", 0);
-    let outcome = train(options, materials, Some(checkpoints), &mut |progress| {
-        let mut message = progress.phase.to_owned();
-        if progress.samples > 0 {
-            message += &format!(", n = {}", progress.samples);
-        }
-        if progress.loss.is_finite() {
-            message += &format!(": loss {:.4}", progress.loss);
-        }
-        if let Some(best) = progress.best {
-            message += &format!(", best {best:.4}");
-        }
-        steps.bar.set_length(progress.total as u64);
-        steps.bar.set_position(progress.done as u64);
-        steps.bar.set_message(message);
-        steps.report();
-        match interrupted() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
-    });
+    let outcome = train(
+        options,
+        data,
+        materials,
+        Some(checkpoints),
+        &mut |progress| {
+            let mut message = progress.phase.to_owned();
+            if progress.samples > 0 {
+                message += &format!(", n = {}", progress.samples);
+            }
+            if progress.loss.is_finite() {
+                message += &format!(": loss {:.4}", progress.loss);
+            }
+            if let Some(best) = progress.best {
+                message += &format!(", best {best:.4}");
+            }
+            steps.bar.set_length(progress.total as u64);
+            steps.bar.set_position(progress.done as u64);
+            steps.bar.set_message(message);
+            steps.report();
+            match interrupted() {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            }
+        },
+    );
     drop(steps);
     match outcome {
         Err(TrainError::Stopped(done)) => Err(anyhow::anyhow!(

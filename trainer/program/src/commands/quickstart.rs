@@ -8,7 +8,7 @@ use clap::Args;
 use glimpse_evaluation::evaluation::{Evaluator, Method, SPHERE_SIZE, names};
 use glimpse_fitting::bundled::{self, BundledRecipe};
 use glimpse_materials::Source;
-use glimpse_training::meta::run::INNER_STEPS;
+use glimpse_training::run::INNER_STEPS;
 
 use super::fits::{NamedMethod, add_fits};
 use super::lock::Lock;

@@ -10,11 +10,10 @@ use glimpse_materials::basis::Basis;
 use glimpse_materials::files::is_stream;
 use glimpse_materials::{Material, MaterialsAndShares, Source, SourceShare, Sources};
 use glimpse_training::meta::checkpoint::Checkpoint;
-use glimpse_training::meta::learned::LearnedRecipe;
 use glimpse_training::meta::options::{Schedule, TrainingOptions};
 use glimpse_training::meta::outer::Checkpoints;
-use glimpse_training::meta::run::check;
-use glimpse_training::recipe::{RecipeFile, pack_recipe};
+use glimpse_training::recipe::RecipeFile;
+use glimpse_training::run::{TrainedRecipe, check};
 
 use super::expected_loss::expected_loss;
 use super::geometry::read_directions;
@@ -227,14 +226,14 @@ impl TrainingRun {
             });
             eprintln!("training tasks: {}", shares.collect::<Vec<_>>().join(", "));
         }
-        let (learned, file) = train_to_file(
+        let trained = train_to_file(
             &options,
             materials,
             &checkpoints,
             &self.sources.label(),
             &self.out,
         )?;
-        if let Some(predictor) = &learned.loss_predictor {
+        if let Some(predictor) = &trained.loss_predictor {
             let losses = options.source_shares.iter().zip(&predictor.source_losses);
             for (source, estimate) in losses {
                 let error = estimate.standard_error.map_or(String::new(), |error| {
@@ -252,7 +251,7 @@ impl TrainingRun {
                 );
             }
         }
-        Ok(file)
+        Ok(trained.file)
     }
 }
 
@@ -263,14 +262,13 @@ pub(super) fn train_to_file(
     checkpoints: &Checkpoints,
     data: &str,
     out: &Path,
-) -> anyhow::Result<(LearnedRecipe, RecipeFile)> {
-    let learned = train_with_progress(options, materials, checkpoints)?;
-    let file = pack_recipe(&learned, options, data)?;
-    if let Some(basis) = &learned.basis {
+) -> anyhow::Result<TrainedRecipe> {
+    let trained = train_with_progress(options, data, materials, checkpoints)?;
+    if let Some(basis) = &trained.basis {
         // The basis is written first, because the recipe is useless without it.
         write_file(&Basis::path_for(out), basis, true)?;
     }
-    write_file(out, file.bytes(), true)?;
+    write_file(out, trained.file.bytes(), true)?;
     Checkpoint::remove(&checkpoints.directory);
-    Ok((learned, file))
+    Ok(trained)
 }

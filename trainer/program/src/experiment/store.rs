@@ -25,8 +25,8 @@ use glimpse_training::meta::options::{
     Effort, PretrainedInit, Schedule, TrainedParts, TrainingOptions,
 };
 use glimpse_training::meta::outer::Checkpoints;
-use glimpse_training::meta::run::INNER_STEPS;
 use glimpse_training::route::{Machine, Position, SpeedArgs};
+use glimpse_training::run::INNER_STEPS;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;

@@ -2,7 +2,7 @@
 
 use glimpse_core::fit::{Noise, Ridge};
 use glimpse_core::geometry::Angles;
-use glimpse_core::numeric::{Floats, PackedRows};
+use glimpse_core::numeric::Floats;
 use glimpse_core::recipe::{Contents, Pattern};
 use glimpse_core::section::MAX_SAMPLES;
 use glimpse_materials::basis::Basis;
@@ -10,6 +10,7 @@ use glimpse_materials::basis::Basis;
 use super::file::{RecipeDefect, RecipeFile};
 use crate::linear::ComponentsAt;
 use crate::meta::correction::bounded_precision;
+use crate::meta::sections::Arena;
 
 impl RecipeFile {
     /// Returns the recipe of readings at directions, angles in radians, which this recipe without a pattern fits.
@@ -33,39 +34,27 @@ impl RecipeFile {
             return Err(RecipeDefect::TooManyDirections(directions.len()));
         }
         let at = ComponentsAt::new(basis, directions.to_vec());
-        let floats = |values: &[f32]| -> Vec<u8> {
-            values.iter().copied().flat_map(f32::to_le_bytes).collect()
-        };
+        let arena = Arena::default();
         let list = |floats: Floats<'_>| floats.iter().collect::<Vec<f32>>();
-        let bounded = |precision| floats(&bounded_precision(&at.rows, &list(precision)));
-        let triples = directions.iter().map(|at| at.to_array());
-        let triples = floats(triples.collect::<Vec<_>>().as_flattened());
-        let (center, rows) = (floats(&at.means()), floats(&at.rows));
-        let [precision, difference] = [ridge.precision, ridge.difference_precision].map(bounded);
-        let scales = floats(scales);
+        let difference = bounded_precision(&at.rows, &list(ridge.difference_precision));
+        // Other models have parameters.
+        let checksum = match contents.gauss_newton {
+            None => ridge.basis_checksum,
+            Some(_) => 0,
+        };
         Self::write(&Contents {
             pattern: Some(Pattern {
-                directions: Floats::new(&triples),
+                directions: arena.angles(directions),
                 is_path: false,
                 expected_loss: None,
             }),
             ridge: Some(Ridge {
-                precision: Floats::new(&precision),
-                difference_precision: Floats::new(&difference),
-                center: Floats::new(&center),
-                rows: PackedRows {
-                    entries: &rows,
-                    scales: Floats::default(),
-                },
-                // Other models have parameters.
-                basis_checksum: match contents.gauss_newton {
-                    None => ridge.basis_checksum,
-                    Some(_) => 0,
-                },
+                difference_precision: arena.floats(&difference),
+                ..arena.ridge(&at, &list(ridge.precision), checksum)
             }),
             noise: Some(Noise {
                 variance: noise.variance,
-                scales: Floats::new(&scales),
+                scales: arena.floats(scales),
             }),
             ..contents
         })

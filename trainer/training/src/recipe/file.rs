@@ -8,7 +8,6 @@ use glimpse_core::recipe::{Contents, FORMAT, METADATA, Recipe};
 use glimpse_core::section::{MAX_COMPONENTS, MAX_SAMPLES, Section};
 use glimpse_materials::basis::{Basis, BasisError};
 use glimpse_materials::untrusted::read_at_most;
-use self_cell::self_cell;
 use serde::Serialize;
 
 use super::metadata::{Metadata, MetadataError};
@@ -58,20 +57,10 @@ pub enum RecipeDefect {
     TooManyDirections(usize),
 }
 
-self_cell! {
-    struct ParsedBytes {
-        owner: Vec<u8>,
-        #[covariant]
-        dependent: Recipe,
-    }
-
-    impl {Debug}
-}
-
-/// A recipe that owns its bytes and its metadata, parsed once.
+/// The checked bytes of a recipe, and its metadata.
 #[derive(Debug)]
 pub struct RecipeFile {
-    parsed: ParsedBytes,
+    bytes: Vec<u8>,
     metadata: Metadata,
 }
 
@@ -107,9 +96,8 @@ impl RecipeFile {
     /// # Errors
     /// Fails if the bytes are not a recipe, or if its metadata is damaged.
     pub fn new(bytes: Vec<u8>) -> Result<Self, RecipeDefect> {
-        let parsed = ParsedBytes::try_new(bytes, |bytes| Recipe::parse(bytes))?;
-        let metadata = Metadata::of(parsed.borrow_dependent())?;
-        Ok(Self { parsed, metadata })
+        let metadata = Metadata::of(&Recipe::parse(&bytes)?)?;
+        Ok(Self { bytes, metadata })
     }
 
     /// Encodes a recipe in memory.
@@ -140,13 +128,13 @@ impl RecipeFile {
     /// Returns the bytes.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
-        self.parsed.borrow_owner()
+        &self.bytes
     }
 
-    /// Returns the recipe.
+    /// Parses the bytes. A caller keeps the result for several uses.
     #[must_use]
     pub fn recipe(&self) -> Recipe<'_> {
-        *self.parsed.borrow_dependent()
+        Recipe::parse(&self.bytes).expect("the bytes were checked")
     }
 
     /// Returns the metadata of the recipe.
@@ -179,12 +167,14 @@ impl RecipeFile {
 /// Appends a section, if there is one.
 fn put<T: Section + Serialize>(body: &mut Vec<u8>, section: Option<&T>) {
     if let Some(section) = section {
-        // Serialization of numbers and lists of known length cannot fail.
-        let bytes = postcard::to_stdvec(section).unwrap_or_default();
-        put_bytes(body, T::KIND, &bytes);
+        put_bytes(body, T::KIND, &encoded(section));
     }
 }
 
 fn put_bytes(body: &mut Vec<u8>, kind: u16, bytes: &[u8]) {
-    body.extend(postcard::to_stdvec(&(kind, bytes)).unwrap_or_default());
+    body.extend(encoded(&(kind, bytes)));
+}
+
+fn encoded(value: &impl Serialize) -> Vec<u8> {
+    postcard::to_stdvec(value).expect("lists of known length have an encoding")
 }

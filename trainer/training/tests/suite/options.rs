@@ -3,7 +3,7 @@
 use clap::{Args, Command, FromArgMatches};
 use glimpse_materials::{Identity, Origin, Source, SourceShare};
 use glimpse_training::meta::options::{OptionsError, Schedule, TrainingOptions};
-use glimpse_training::meta::run::{TrainError, check};
+use glimpse_training::run::{TrainError, check};
 
 /// A value for each option that differs from its default.
 const VALUES: [&str; 17] = [

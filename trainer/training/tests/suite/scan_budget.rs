@@ -8,12 +8,11 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_training::meta::options::{Effort, Schedule, TrainingOptions};
 use glimpse_training::meta::pattern::{Pattern, logits_from_reachable};
-use glimpse_training::meta::run::train;
 use glimpse_training::meta::scan_budget::{Motion, ScanBudgetError};
-use glimpse_training::recipe::pack_recipe;
 use glimpse_training::route::{
     LimitArgs, Machine, Order, Route, SpeedArgs, Stop, arms_in_degrees, stops,
 };
+use glimpse_training::run::train;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -188,11 +187,11 @@ fn trained_recipes_of_all_models_keep_their_budget() {
             },
             ..options(model, 5, 9.0)
         };
-        let learned = train(&options, procedural(10, 3), None, &mut |_| {
+        let learned = train(&options, "procedural", procedural(10, 3), None, &mut |_| {
             ControlFlow::Continue(())
         });
         let learned = learned.expect("training succeeds");
-        let file = pack_recipe(&learned, &options, "procedural").expect("a recipe");
+        let file = &learned.file;
         let recipe: Recipe<'_> = file.recipe();
         let machine = file.metadata().machine();
         assert_eq!(file.metadata().options(), Some(&options));

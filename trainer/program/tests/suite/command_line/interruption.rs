@@ -8,10 +8,9 @@ use std::time::Instant;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::Source;
 use glimpse_training::meta::checkpoint::CheckpointError;
-use glimpse_training::meta::learned::LearnedRecipe;
 use glimpse_training::meta::options::{Effort, Schedule, TrainingOptions};
 use glimpse_training::meta::outer::Checkpoints;
-use glimpse_training::meta::run::{TrainError, train};
+use glimpse_training::run::{TrainError, TrainedRecipe, train};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -115,12 +114,16 @@ fn resume_without_checkpoint() {
 fn train_on(
     checkpoints: Option<&Checkpoints>,
     at_each_step: &mut (dyn FnMut(usize) -> ControlFlow<()> + Send),
-) -> Result<LearnedRecipe, TrainError> {
+) -> Result<TrainedRecipe, TrainError> {
     let materials = Source("procedural:5".into()).load().expect("materials");
     let options = TrainingOptions::new(ModelKind::Phong, 3, Schedule::Paper, Effort::Quick, 3);
-    train(&options, materials, checkpoints, &mut |progress| {
-        at_each_step(progress.done)
-    })
+    train(
+        &options,
+        "procedural:5",
+        materials,
+        checkpoints,
+        &mut |progress| at_each_step(progress.done),
+    )
 }
 
 /// A checkpoint that cannot be written is an error, and the previous checkpoint remains valid.
@@ -156,7 +159,8 @@ fn failed_checkpoint_keeps_previous_one() {
         first_step.get_or_insert(done);
         ControlFlow::Continue(())
     });
-    assert_eq!(outcome.expect("the recipe is trained"), whole);
+    let resumed = outcome.expect("the recipe is trained");
+    assert_eq!(resumed.file.bytes(), whole.file.bytes());
     // The first step is always saved.
     assert!(
         first_step.is_some_and(|step| (2..=510).contains(&step)),

@@ -8,4 +8,4 @@ pub mod ridge;
 mod train;
 
 pub use train::INNER_STEPS;
-pub(super) use train::train;
+pub(crate) use train::train;

@@ -1,5 +1,7 @@
 //! Training with schedule paper.
 
+use glimpse_core::fit::Sgd;
+use glimpse_core::recipe::Contents;
 use glimpse_kernels::ModelKernels;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::uniform_valid;
@@ -14,11 +16,12 @@ use super::phases::phases;
 use super::ridge::RidgeObjective;
 use crate::linear::{Columns, ComponentsAt, principal_components};
 use crate::meta::expected_loss::{ValidatedLoss, ValidationSplit};
-use crate::meta::learned::{LearnedFit, LearnedRecipe, LearnedRidge, LearnedSgd};
+use crate::meta::learned::Learned;
 use crate::meta::options::{TrainedParts, TrainingOptions};
 use crate::meta::outer::{Checkpoints, Observer, OuterLoop, RunError};
 use crate::meta::pattern::angles_above_horizon;
 use crate::meta::phase::Values;
+use crate::meta::sections::{Arena, count};
 use crate::meta::streams::RandomStreams;
 use crate::meta::tasks::pool::WarpedPool;
 
@@ -33,15 +36,16 @@ const VALIDATION_POOL: usize = 4_096;
 ///
 /// # Errors
 /// If the run is stopped, or a checkpoint cannot be read or written.
-pub(crate) fn train(
+pub(crate) fn train<'a>(
+    arena: &'a Arena,
     options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
     checkpoints: Option<&Checkpoints>,
     observer: &mut Observer<'_>,
-) -> Result<LearnedRecipe, RunError> {
+) -> Result<Learned<'a>, RunError> {
     match ModelKernels::of(options.model) {
-        Some(kernels) => train_sgd(kernels, options, materials, checkpoints, observer),
-        None => train_ridge(options, materials, checkpoints, observer),
+        Some(kernels) => train_sgd(arena, kernels, options, materials, checkpoints, observer),
+        None => train_ridge(arena, options, materials, checkpoints, observer),
     }
 }
 
@@ -66,13 +70,14 @@ fn run(
 }
 
 /// Trains SGD steps with schedule paper. A tenth of the materials is held out.
-fn train_sgd(
+fn train_sgd<'a>(
+    arena: &'a Arena,
     kernels: &'static ModelKernels,
     options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
     checkpoints: Option<&Checkpoints>,
     observer: &mut Observer<'_>,
-) -> Result<LearnedRecipe, RunError> {
+) -> Result<Learned<'a>, RunError> {
     let seed = options.seed;
     let identities = Identity::list(&materials);
     let (training, validation) = split(materials, seed);
@@ -107,14 +112,17 @@ fn train_sgd(
         observer,
     )?;
     let estimate = objective.expected_loss(&values);
-    Ok(LearnedRecipe {
+    Ok(Learned {
         pattern: angles_above_horizon(&values.pattern),
-        fit: LearnedFit::Sgd(LearnedSgd {
-            model: options.model,
-            steps: INNER_STEPS,
-            initial: values.initial,
-            step_sizes: values.hyperparameters,
-        }),
+        fit: Contents {
+            sgd: Some(Sgd {
+                model: options.model,
+                steps: count(INNER_STEPS),
+                initial: arena.floats(&values.initial),
+                step_sizes: arena.floats(&values.hyperparameters),
+            }),
+            ..Contents::default()
+        },
         loss_predictor: None,
         basis: None,
         expected_loss: Some(ValidatedLoss { estimate, split }),
@@ -123,12 +131,13 @@ fn train_sgd(
 }
 
 /// Trains the pattern of the model Linear with schedule paper.
-fn train_ridge(
+fn train_ridge<'a>(
+    arena: &'a Arena,
     options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
     checkpoints: Option<&Checkpoints>,
     observer: &mut Observer<'_>,
-) -> Result<LearnedRecipe, RunError> {
+) -> Result<Learned<'a>, RunError> {
     let (eta, seed, tasks) = (options.eta, options.seed, materials.len());
     let identities = Identity::list(&materials);
     // In random order; folds leave materials out instead.
@@ -151,13 +160,11 @@ fn train_ridge(
     let pattern = angles_above_horizon(&values.pattern);
     let at = ComponentsAt::new(&basis, pattern.clone());
     let precision = vec![eta; basis.components()];
-    let ridge = LearnedRidge::new(at, &precision, Basis::checksum(&bytes));
-    Ok(LearnedRecipe {
+    Ok(Learned {
         pattern,
-        fit: LearnedFit::Ridge {
-            net: None,
-            ridge,
-            refinement: None,
+        fit: Contents {
+            ridge: Some(arena.ridge(&at, &precision, Basis::checksum(&bytes))),
+            ..Contents::default()
         },
         loss_predictor: None,
         basis: Some(bytes),

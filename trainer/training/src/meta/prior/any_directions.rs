@@ -2,6 +2,9 @@
 
 use std::ops::ControlFlow;
 
+use glimpse_core::fit::{Noise, Ridge};
+use glimpse_core::numeric::{Floats, PackedRows};
+use glimpse_core::recipe::Contents;
 use glimpse_core::section::{MAX_PRECISION, MIN_PRECISION};
 use glimpse_kernels::completion::Shape;
 use glimpse_materials::basis::Basis;
@@ -13,9 +16,10 @@ use super::dataset::{Dataset, Subset};
 use super::objective::PriorObjective;
 use super::phases;
 use crate::linear::{COMPACT_NODES, GaussianPrior, to_compact_bytes};
-use crate::meta::learned::{LearnedFit, LearnedRecipe, LearnedRidge};
+use crate::meta::learned::Learned;
 use crate::meta::options::TrainingOptions;
 use crate::meta::outer::{Checkpoints, Observer, OuterLoop, Progress, RunError};
+use crate::meta::sections::Arena;
 use crate::meta::tasks::material::TaskMaterial;
 use crate::meta::tasks::task::{Dropout, Task};
 
@@ -30,12 +34,13 @@ const NOISE_VARIANCE: f64 = 0.02;
 ///
 /// # Errors
 /// If the run is stopped, or a checkpoint cannot be read or written.
-pub(super) fn train(
+pub(super) fn train<'a>(
+    arena: &'a Arena,
     options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
     checkpoints: Option<&Checkpoints>,
     observer: &mut Observer<'_>,
-) -> Result<Option<LearnedRecipe>, RunError> {
+) -> Result<Option<Learned<'a>>, RunError> {
     let mut begin_phase = |phase| {
         let progress = Progress {
             phase,
@@ -118,23 +123,27 @@ pub(super) fn train(
             checkpoints,
             stage: 0,
         };
-        objective.learned(&outer_loop.run(observer)?)
+        objective.sections(arena, &outer_loop.run(observer)?)
     } else {
         None
     };
-    Ok(Some(LearnedRecipe {
+    Ok(Some(Learned {
         pattern: Vec::new(),
-        fit: LearnedFit::Ridge {
-            net: None,
-            ridge: LearnedRidge {
-                center: Vec::new(),
-                rows: Vec::new(),
-                precision: mean_precision,
-                difference_precision,
-                noise_variance: Some(NOISE_VARIANCE as f32),
+        fit: Contents {
+            ridge: Some(Ridge {
+                precision: arena.floats(&mean_precision),
+                difference_precision: arena.floats(&difference_precision),
+                center: Floats::default(),
+                rows: PackedRows::default(),
                 basis_checksum: subset.basis.whole_checksum(),
-            },
-            refinement,
+            }),
+            noise: Some(Noise {
+                variance: NOISE_VARIANCE as f32,
+                scales: Floats::default(),
+            }),
+            start: refinement.map(|(start, _)| start),
+            gauss_newton: refinement.map(|(_, steps)| steps),
+            ..Contents::default()
         },
         loss_predictor: None,
         basis: Some(compact),

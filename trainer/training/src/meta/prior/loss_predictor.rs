@@ -1,9 +1,11 @@
 //! The prediction of the loss of a fit from its completed coefficients and the evidence of its readings.
 
+use glimpse_core::fit::Prediction;
 use glimpse_core::fit::prediction::{MIN_INNOVATION, MIN_RESIDUAL};
 use nalgebra::{DMatrix, DVector};
 
 use crate::meta::expected_loss::LossEstimate;
+use crate::meta::sections::Arena;
 
 /// The ridge penalty of the weights of coefficients, for features normalized to a mean square of 1. The weights of the
 /// evidence have almost none.
@@ -229,6 +231,20 @@ impl LossPredictor {
                 .push(LossEstimate::new(mean as f32, losses.into_iter()));
         }
         self
+    }
+
+    /// Returns the section of a recipe.
+    pub(crate) fn section<'a>(&self, arena: &'a Arena) -> Prediction<'a> {
+        let partial = self.partial.as_ref();
+        Prediction {
+            weights: arena.floats(&self.weights),
+            innovation: self.uncertainty.innovation,
+            residual: self.uncertainty.residual,
+            bound: self.uncertainty.bound,
+            max_innovation: self.uncertainty.max_innovation,
+            partial_loss: arena.floats(partial.map_or(&[], |partial| &partial.loss)),
+            partial_bound: arena.floats(partial.map_or(&[], |partial| &partial.bound)),
+        }
     }
 
     /// Adds the prediction for scans that end early, given the held-out losses for some numbers of readings, in ascending

@@ -23,23 +23,25 @@ mod virtual_readings;
 
 use glimpse_materials::Material;
 
-use super::learned::LearnedRecipe;
+use super::learned::Learned;
 use super::options::TrainingOptions;
 use super::outer::{Checkpoints, Observer, RunError};
+use super::sections::Arena;
 
 /// Trains a recipe. None if the materials of a recipe without a pattern are too few, or all the same.
 ///
 /// # Errors
 /// If the run is stopped, or a checkpoint cannot be read or written.
-pub(super) fn train(
+pub(crate) fn train<'a>(
+    arena: &'a Arena,
     options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
     checkpoints: Option<&Checkpoints>,
     observer: &mut Observer<'_>,
-) -> Result<Option<LearnedRecipe>, RunError> {
+) -> Result<Option<Learned<'a>>, RunError> {
     if options.samples == 0 {
-        any_directions::train(options, materials, checkpoints, observer)
+        any_directions::train(arena, options, materials, checkpoints, observer)
     } else {
-        train::train(options, materials, checkpoints, observer).map(Some)
+        train::train(arena, options, materials, checkpoints, observer).map(Some)
     }
 }

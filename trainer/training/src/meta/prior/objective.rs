@@ -1,6 +1,7 @@
 //! The objective of schedule prior: the loss over tasks and its gradient by the CoefficientNet, the StartNet and the
 //! pattern; for readings at random directions, by the StartNet alone.
 
+use glimpse_core::fit::{GaussNewton, Start};
 use glimpse_core::model::ModelKind;
 use glimpse_kernels::completion::Shape;
 use glimpse_materials::sampling::uniform_valid;
@@ -17,11 +18,11 @@ use super::refinement::Refinement;
 use super::sample_order::greedy_order;
 use crate::meta::expected_loss::LossEstimate;
 use crate::meta::initialization::initial_guess;
-use crate::meta::learned::LearnedRefinement;
 use crate::meta::options::TrainingOptions;
 use crate::meta::pattern::{Pattern, Reach};
 use crate::meta::phase::{OuterStep, Values, scaled_sum};
 use crate::meta::scan_budget::Motion;
+use crate::meta::sections::Arena;
 use crate::meta::streams::RandomStreams;
 use crate::meta::tasks::reading::Reading;
 use crate::meta::tasks::task::{Dropout, Task};
@@ -183,17 +184,18 @@ impl<'a> PriorObjective<'a> {
     }
 
     /// Returns the start and the steps of a recipe; None for the model Linear.
-    pub(super) fn learned(&self, values: &Values) -> Option<LearnedRefinement> {
+    pub(super) fn sections<'s>(
+        &self,
+        arena: &'s Arena,
+        values: &Values,
+    ) -> Option<(Start<'s>, GaussNewton<'s>)> {
         let components = self.subset.basis.components();
         let steps = Hyperparameters::decode(&values.hyperparameters, components).steps?;
-        let readings = &self.subset.virtual_readings;
-        Some(LearnedRefinement {
-            steps: self
-                .refinement?
-                .learned(values.initial.clone(), steps, readings),
-            shape: self.shape,
-            start_net: values.start_net.clone(),
-        })
+        let (initial, readings) = (&values.initial, &self.subset.virtual_readings);
+        Some((
+            arena.start(self.shape, &values.start_net),
+            self.refinement?.section(arena, initial, &steps, readings),
+        ))
     }
 
     /// Returns meta-parameters, or their moments, with the samples in another order, given as indices. A list may be

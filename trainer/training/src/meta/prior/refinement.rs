@@ -1,6 +1,7 @@
 //! Refinement of completed coefficients: Gauss-Newton steps from initial parameters chosen by the StartNet, toward
 //! virtual readings and those of the pattern.
 
+use glimpse_core::fit;
 use glimpse_core::model::{ModelKind, SampleGradient};
 use glimpse_kernels::ModelKernels;
 use glimpse_kernels::gauss_newton::{FitGradient, GaussNewton, OctetAdjoint};
@@ -11,8 +12,8 @@ use rand_chacha::ChaCha8Rng;
 use super::hyperparameters::StepParameters;
 use super::virtual_readings::VirtualReadings;
 use crate::meta::initialization::initial_guess;
-use crate::meta::learned::LearnedSteps;
 use crate::meta::phase::Values;
+use crate::meta::sections::{Arena, count};
 use crate::meta::tasks::samples::WeightedSamples;
 
 /// The number of Gauss-Newton steps.
@@ -127,23 +128,25 @@ impl Refinement {
         values
     }
 
-    /// Returns the content of a recipe.
-    pub(super) fn learned(
+    /// Returns the section of a recipe.
+    pub(super) fn section<'a>(
         self,
-        initial: Vec<f32>,
-        hyperparameters: StepParameters,
+        arena: &'a Arena,
+        initial: &[f32],
+        hyperparameters: &StepParameters,
         virtual_readings: &VirtualReadings,
-    ) -> LearnedSteps {
-        LearnedSteps {
+    ) -> fit::GaussNewton<'a> {
+        let at = &virtual_readings.at;
+        fit::GaussNewton {
             model: self.model(),
-            steps: STEPS,
-            initial,
-            precision: hyperparameters.precision,
+            steps: count(STEPS),
+            initial: arena.floats(initial),
+            precision: arena.floats(&hyperparameters.precision),
             reading_weight: hyperparameters.reading_weight,
             error_scale: hyperparameters.error_scale,
-            directions: virtual_readings.at.angles.clone(),
-            center: virtual_readings.at.means(),
-            rows: virtual_readings.at.rows.clone(),
+            directions: arena.angles(&at.angles),
+            center: arena.floats(&at.means()),
+            rows: arena.rows(at),
         }
     }
 

@@ -2,7 +2,9 @@
 
 use std::ops::ControlFlow;
 
+use glimpse_core::fit::Ridge;
 use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::Contents;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Identity, Material};
 
@@ -16,10 +18,11 @@ use super::phases;
 use crate::linear::ComponentsAt;
 use crate::meta::expected_loss::{LossEstimate, ValidatedLoss, ValidationSplit};
 use crate::meta::identity::RunIdentity;
-use crate::meta::learned::{LearnedFit, LearnedNet, LearnedRecipe, LearnedRidge};
+use crate::meta::learned::Learned;
 use crate::meta::options::{Effort, TrainingOptions};
 use crate::meta::outer::{Checkpoints, Observer, OuterLoop, PathOfSamples, Progress, RunError};
 use crate::meta::phase::{Phase, Values};
+use crate::meta::sections::Arena;
 use crate::meta::tasks::reading::LOG_SCALE;
 
 /// The number of components of the correction, K, for the model Linear with more samples than a device fits.
@@ -32,12 +35,13 @@ const MAX_DEVICE_SAMPLES: usize = 64;
 ///
 /// # Errors
 /// If the run is stopped, or a checkpoint cannot be read or written.
-pub(super) fn train(
+pub(super) fn train<'a>(
+    arena: &'a Arena,
     options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
     checkpoints: Option<&Checkpoints>,
     observer: &mut Observer<'_>,
-) -> Result<LearnedRecipe, RunError> {
+) -> Result<Learned<'a>, RunError> {
     let identities = Identity::list(&materials);
     let identity = options.identity(&identities);
     let dataset = Dataset::of(materials, options);
@@ -82,23 +86,26 @@ pub(super) fn train(
     let expected_loss = validated_loss(expected_loss, &held_out.complete);
     let pattern = objective.reachable_pattern(&values).angles().to_vec();
     let hyperparameters = Hyperparameters::decode(&values.hyperparameters, all.basis.components());
-    let refinement = objective.learned(&values);
-    let net = LearnedNet {
-        shape: objective.shape,
-        missing: dataset.reading_options.missing_policy(),
-        scale: LOG_SCALE,
-        weights: values.coefficient_net,
-    };
-    let basis = objective.refinement.is_none().then(|| all.basis.to_bytes());
+    let refinement = objective.sections(arena, &values);
+    let basis = refinement.is_none().then(|| all.basis.to_bytes());
     let checksum = basis.as_deref().map_or(0, Basis::checksum);
     let at = ComponentsAt::new(&all.basis, pattern.clone());
-    let ridge = LearnedRidge::new(at, &hyperparameters.precision, checksum);
-    Ok(LearnedRecipe {
+    Ok(Learned {
         pattern,
-        fit: LearnedFit::Ridge {
-            net: Some(net),
-            ridge,
-            refinement,
+        fit: Contents {
+            ridge: Some(Ridge {
+                rows: arena.rows(&at),
+                ..arena.ridge(&at, &hyperparameters.precision, checksum)
+            }),
+            net: Some(arena.net(
+                objective.shape,
+                &values.coefficient_net,
+                dataset.reading_options.missing_policy(),
+                LOG_SCALE,
+            )),
+            start: refinement.map(|(start, _)| start),
+            gauss_newton: refinement.map(|(_, steps)| steps),
+            ..Contents::default()
         },
         loss_predictor: LossPredictor::new(&held_out.complete, FOLDS).map(|predictor| {
             let counts = options.source_shares.iter().map(|each| each.materials);

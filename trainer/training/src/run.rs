@@ -1,15 +1,19 @@
 //! A complete training run, from materials to the content of a recipe.
 
+use glimpse_core::recipe::{Contents, Pattern};
 use glimpse_materials::{Material, SourceShare};
 
-use super::checkpoint::CheckpointError;
-use super::learned::LearnedRecipe;
-use super::options::{OptionsError, Schedule, TrainingOptions};
-use super::outer::{Checkpoints, Observer, RunError};
-use super::scan_budget::{Motion, ScanBudgetError};
-use super::{paper, prior};
+use crate::meta::checkpoint::CheckpointError;
+use crate::meta::learned::Learned;
+use crate::meta::options::{OptionsError, Schedule, TrainingOptions};
+use crate::meta::outer::{Checkpoints, Observer, RunError};
+use crate::meta::prior::loss_predictor::LossPredictor;
+use crate::meta::scan_budget::{Motion, ScanBudgetError};
+use crate::meta::sections::Arena;
+use crate::meta::{paper, prior};
+use crate::recipe::{Metadata, RecipeDefect, RecipeFile, Training};
 
-pub use super::paper::INNER_STEPS;
+pub use crate::meta::paper::INNER_STEPS;
 
 /// The training ended without a result.
 #[derive(Debug, thiserror::Error)]
@@ -31,6 +35,11 @@ pub enum TrainError {
         /// The number of materials.
         materials: usize,
     },
+    /// The result is not a valid recipe, for example because a number is not finite.
+    #[error(
+        "training did not converge to a valid recipe; train with another seed or with more materials"
+    )]
+    Diverged(#[from] RecipeDefect),
     /// The options are invalid.
     #[error(transparent)]
     Options(#[from] OptionsError),
@@ -67,7 +76,19 @@ pub fn check(options: &TrainingOptions) -> Result<(), TrainError> {
     Ok(())
 }
 
-/// Trains a recipe, calling `observer` after each outer step.
+/// A trained recipe.
+#[derive(Debug)]
+pub struct TrainedRecipe {
+    /// The recipe.
+    pub file: RecipeFile,
+    /// The file of the full basis, which accompanies a recipe of the model Linear.
+    pub basis: Option<Vec<u8>>,
+    /// The predictor of a material's loss. None for a recipe without completed readings, and for too few materials to
+    /// form folds.
+    pub loss_predictor: Option<LossPredictor>,
+}
+
+/// Trains a recipe on materials with the name `data`, calling `observer` after each outer step.
 ///
 /// The result depends only on the options and the materials. The number of threads, and stopping and resuming, do not
 /// change it. Without `checkpoints`, no state is saved.
@@ -76,22 +97,54 @@ pub fn check(options: &TrainingOptions) -> Result<(), TrainError> {
 /// See [`TrainError`].
 pub fn train(
     options: &TrainingOptions,
+    data: &str,
     materials: Vec<Box<dyn Material>>,
     checkpoints: Option<&Checkpoints>,
     observer: &mut Observer<'_>,
-) -> Result<LearnedRecipe, TrainError> {
+) -> Result<TrainedRecipe, TrainError> {
     if materials.is_empty() {
         return Err(TrainError::NoMaterials);
     }
     check(options)?;
     check_source_shares(&options.source_shares, materials.len())?;
     // Run on a thread of the rayon pool: other threads would pass each parallel loop to the pool and wait.
-    rayon::scope(|_| match options.schedule {
-        Schedule::Paper => Ok(paper::train(options, materials, checkpoints, observer)?),
-        Schedule::Prior => {
-            let learned = prior::train(options, materials, checkpoints, observer)?;
-            learned.ok_or(TrainError::TooFewMaterials)
-        }
+    rayon::scope(|_| {
+        let arena = Arena::default();
+        let learned = match options.schedule {
+            Schedule::Paper => paper::train(&arena, options, materials, checkpoints, observer)?,
+            Schedule::Prior => prior::train(&arena, options, materials, checkpoints, observer)?
+                .ok_or(TrainError::TooFewMaterials)?,
+        };
+        Ok(TrainedRecipe {
+            file: write(&arena, &learned, options, data)?,
+            basis: learned.basis,
+            loss_predictor: learned.loss_predictor,
+        })
+    })
+}
+
+/// Writes a recipe with its pattern, prediction and metadata.
+fn write(
+    arena: &Arena,
+    learned: &Learned<'_>,
+    options: &TrainingOptions,
+    data: &str,
+) -> Result<RecipeFile, RecipeDefect> {
+    let metadata = Metadata {
+        expected_loss: learned.expected_loss,
+        training: Some(Training::new(options, data, learned.materials.len())),
+        materials: learned.materials.clone(),
+    };
+    let predictor = learned.loss_predictor.as_ref();
+    RecipeFile::write(&Contents {
+        pattern: Some(Pattern {
+            directions: arena.angles(&learned.pattern),
+            is_path: options.scan_seconds.is_some(),
+            expected_loss: learned.expected_loss.map(|expected| expected.estimate.loss),
+        }),
+        prediction: predictor.map(|predictor| predictor.section(arena)),
+        metadata: &metadata.to_bytes(),
+        ..learned.fit
     })
 }
 
