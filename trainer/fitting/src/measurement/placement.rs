@@ -252,6 +252,7 @@ mod tests {
         let rows = rows.iter().enumerate().map(|(index, row)| LabReading {
             index: indexed.then_some(index),
             angles: Some(radians(row)),
+            numbers: vec![1.0; 3],
             ..LabReading::default()
         });
         let all = Rows::from_array("rows", Vec::new(), rows.collect());

@@ -290,18 +290,20 @@ impl Table {
     }
 }
 
-/// Returns the text of a file, with `\n` at the end of each line.
+/// Returns the text of a file, with `\n` at the end of each line. Spreadsheets and other files that are not text have
+/// bytes that are 0 or not UTF-8.
 fn decode(bytes: &[u8]) -> Result<String, String> {
     let text = str::from_utf8(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
-    let text = text.map_err(|error| {
-        let valid = &bytes[..error.valid_up_to()];
-        let line = 1 + valid.iter().filter(|byte| **byte == b'\n').count();
-        let start = escaped_start(bytes);
-        format!(
-            "line {line} is not UTF-8, and the file starts with `{start}`; save it as CSV in UTF-8"
-        )
-    })?;
-    Ok(text.replace("\r\n", "\n").replace('\r', "\n"))
+    let valid = match (text, bytes.iter().position(|byte| *byte == 0)) {
+        (Ok(text), None) => return Ok(text.replace("\r\n", "\n").replace('\r', "\n")),
+        (Err(error), None) => error.valid_up_to(),
+        (_, Some(position)) => position,
+    };
+    let line = 1 + bytes[..valid].iter().filter(|byte| **byte == b'\n').count();
+    let start = escaped_start(bytes);
+    Err(format!(
+        "line {line} is not text in UTF-8, and the file starts with `{start}`; save it as CSV in UTF-8"
+    ))
 }
 
 /// Returns the line of a row. The reader's `position` may be at empty lines before the row, which are skipped.

@@ -126,7 +126,17 @@ fn inspects_and_exports_linear_recipe() {
 
     let printed = folder.succeed("inspect equal.recipe");
     let figures = [
-        "2", "0.0125", "0.0015", "7", "71.5", "86", "7.2", "0.02", "0.0032", "4096", "4",
+        "2",
+        "0.0125",
+        "0.0015",
+        "7",
+        "71.5",
+        "86",
+        "7.2",
+        "0.02",
+        "0.0031830987",
+        "4096",
+        "4",
     ];
     assert_names(&printed, &figures);
     let names = ["linear", "ridge", "procedural:7", "brass", "felt", "silk"];

@@ -151,7 +151,7 @@ fn refuses_ambiguous_and_damaged_tables() {
             &["1", "b", "%"],
         ),
         (table.replace("r,", "r (counts),"), &["1", "r", "counts"]),
-        ("PK\u{3}\u{4}\u{14}\0".to_owned(), &["ZIP"]),
+        ("PK\u{3}\u{4}\u{14}\0".to_owned(), &["CSV", "UTF-8"]),
         (table[..28].to_owned(), &["1"]),
         (ROWS.to_owned(), &["1"]),
         ("\n\n".to_owned(), &[]),
