@@ -39,7 +39,7 @@ def run_hardware_tests():
     [image] = filter(None, (json.loads(line).get("executable") for line in lines))
     symbols = subprocess.run(["arm-none-eabi-nm", "--demangle", image], check=True, capture_output=True, text=True).stdout
     entries = re.findall(r"^(\w+) . (\S+)_entrypoint", symbols, re.MULTILINE)
-    assert len(entries) == 6, entries
+    assert entries, "no tests in the image"
     for address, name in entries:
         test = f"enable=on,target=native,arg=run_addr,arg={int(address, 16) | 1}"  # Thumb code
         qemu = ["qemu-system-arm", "-machine", "netduinoplus2", "-display", "none", "-monitor", "none", "-serial", "none"]
