@@ -11,11 +11,11 @@ use std::ops::ControlFlow;
 use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::{Evaluator, Method};
 use glimpse_fitting::bundled;
+use glimpse_fitting::recipe::Metadata;
+use glimpse_fitting::recipe::options::{Effort, TrainingOptions};
 use glimpse_materials::basis::Basis;
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{Source, Sources};
-use glimpse_training::meta::options::{Effort, TrainingOptions};
-use glimpse_training::recipe::Metadata;
 use glimpse_training::run::train;
 
 /// Procedural materials with a seed that no recipe is trained on.

@@ -11,10 +11,10 @@ use glimpse_core::model::linear::Basis;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
+use glimpse_fitting::linear::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Brdf, Procedural};
 use glimpse_tests::recipes;
-use glimpse_training::linear::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
 use glimpse_viewer::WASM;
 use wasmi::{Engine, Instance, Linker, Memory, Module, Store, WasmParams, WasmResults};
 

@@ -141,10 +141,10 @@ impl BundledRecipe {
 
 #[cfg(test)]
 mod tests {
+    use crate::recipe::Metadata;
+    use crate::recipe::options::Schedule;
     use glimpse_core::fit::Estimator;
     use glimpse_core::model::linear;
-    use glimpse_training::meta::options::Schedule;
-    use glimpse_training::recipe::Metadata;
 
     use super::*;
 

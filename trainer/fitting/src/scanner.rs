@@ -16,9 +16,9 @@ use glimpse_core::scan::Residual;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{FittedBrdf, FittedMaterial, Material};
-use glimpse_training::meta::initialization::standard_normal;
-use rand::SeedableRng;
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
 use serde::Serialize;
 use serde_json::json;
 
@@ -231,7 +231,8 @@ impl<'a> VirtualScanner<'a> {
         let mut random = ChaCha8Rng::seed_from_u64(self.noise.seed);
         random.set_stream(self.scan_count << 16 | u64::from(index));
         Some(Reading::new(material.at_angles(angles).map(|f| {
-            (f * (1.0 + self.noise.deviation * standard_normal(&mut random))).max(0.0)
+            let normal: f32 = random.sample(StandardNormal);
+            (f * (1.0 + self.noise.deviation * normal)).max(0.0)
         })))
     }
 

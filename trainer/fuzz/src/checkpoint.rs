@@ -6,8 +6,8 @@
 use std::fs;
 
 use glimpse_core::checksum::crc_32;
+use glimpse_fitting::recipe::identity::RunIdentity;
 use glimpse_training::meta::checkpoint::Checkpoint;
-use glimpse_training::meta::identity::RunIdentity;
 
 use crate::support::{Folder, accepted};
 

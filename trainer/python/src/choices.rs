@@ -1,7 +1,7 @@
 //! Arguments that are chosen by name.
 
 use clap::ValueEnum;
-use glimpse_training::choice::Choice;
+use glimpse_fitting::choice::Choice;
 use pyo3::prelude::*;
 
 use crate::error::reject;

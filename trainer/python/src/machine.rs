@@ -1,7 +1,7 @@
 //! A machine with two arms.
 
 use glimpse_core::geometry::Arms;
-use glimpse_training::route::{LimitArgs, MachineArgs, SpeedArgs, axis_speeds};
+use glimpse_fitting::route::{LimitArgs, MachineArgs, SpeedArgs, axis_speeds};
 use pyo3::prelude::*;
 
 use crate::arrays::numbers;

@@ -1,8 +1,8 @@
 //! The directions to read next.
 
+use glimpse_fitting::linear::{Posterior, Proposal};
 use glimpse_fitting::measurement::NamedRecipe;
-use glimpse_training::linear::{Posterior, Proposal};
-use glimpse_training::route::MachineArgs;
+use glimpse_fitting::route::MachineArgs;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 

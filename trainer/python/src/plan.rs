@@ -1,8 +1,8 @@
 //! Plans of scans: the order in which a machine's arms visit a recipe's samples.
 
-use glimpse_training::choice::Choice;
-use glimpse_training::recipe::RecipeFile;
-use glimpse_training::route::{PlanArgs, Route, blank_sheet};
+use glimpse_fitting::choice::Choice;
+use glimpse_fitting::recipe::RecipeFile;
+use glimpse_fitting::route::{PlanArgs, Route, blank_sheet};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 

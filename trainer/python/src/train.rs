@@ -6,11 +6,11 @@ use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
 use glimpse_core::model::ModelKind;
+use glimpse_fitting::recipe::options::{Effort, Schedule, TrainingOptions};
+use glimpse_fitting::route::MachineArgs;
 use glimpse_materials::MODELS;
 use glimpse_training::meta::checkpoint::Checkpoint;
-use glimpse_training::meta::options::{Effort, Schedule, TrainingOptions};
 use glimpse_training::meta::outer::{self, Checkpoints};
-use glimpse_training::route::MachineArgs;
 use glimpse_training::run::{check, train as meta_train};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;

@@ -1,17 +1,17 @@
 //! A complete training run, from materials to the content of a recipe.
 
 use glimpse_core::recipe::{Contents, Pattern};
+use glimpse_fitting::recipe::options::{OptionsError, Schedule, TrainingOptions};
+use glimpse_fitting::recipe::sections::Arena;
+use glimpse_fitting::recipe::{Metadata, RecipeDefect, RecipeFile, Training};
 use glimpse_materials::{Material, SourceShare};
 
 use crate::meta::checkpoint::CheckpointError;
 use crate::meta::learned::Learned;
-use crate::meta::options::{OptionsError, Schedule, TrainingOptions};
 use crate::meta::outer::{Checkpoints, Observer, RunError};
 use crate::meta::prior::loss_predictor::LossPredictor;
 use crate::meta::scan_budget::{Motion, ScanBudgetError};
-use crate::meta::sections::Arena;
 use crate::meta::{paper, prior};
-use crate::recipe::{Metadata, RecipeDefect, RecipeFile, Training};
 
 pub use crate::meta::paper::INNER_STEPS;
 

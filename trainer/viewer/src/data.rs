@@ -8,10 +8,10 @@ use glimpse_core::fit::Estimator;
 use glimpse_core::geometry::{Angles, Arms, HalfDifference};
 use glimpse_core::model::linear::Basis;
 use glimpse_core::recipe::Recipe;
+use glimpse_fitting::linear::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
+use glimpse_fitting::recipe::RecipeFile;
 use glimpse_materials::Material;
 use glimpse_materials::loss::{coarse_directions, loss_between};
-use glimpse_training::linear::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
-use glimpse_training::recipe::RecipeFile;
 use serde_json::{Value, json};
 
 use crate::{View, WASM};

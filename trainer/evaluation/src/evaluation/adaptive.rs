@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
+use glimpse_fitting::linear::{Candidates, CoefficientPrior, Posterior, PosteriorReading};
+use glimpse_fitting::recipe::RecipeFile;
+use glimpse_fitting::route::Position;
 use glimpse_kernels::scan::{ScanOutcome, scan_with_missing};
 use glimpse_materials::basis::Basis;
-use glimpse_training::linear::{Candidates, CoefficientPrior, Posterior, PosteriorReading};
-use glimpse_training::recipe::RecipeFile;
-use glimpse_training::route::Position;
 
 use super::EvaluationError;
 

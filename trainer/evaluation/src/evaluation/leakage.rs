@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use glimpse_core::recipe::Recipe;
+use glimpse_fitting::recipe::{Metadata, MetadataError};
 use glimpse_materials::{Identity, Material};
-use glimpse_training::recipe::{Metadata, MetadataError};
 
 /// The names and digests of the materials that a recipe was trained on.
 #[derive(Clone, Debug, Default)]

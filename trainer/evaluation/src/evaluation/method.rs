@@ -4,10 +4,10 @@ use glimpse_core::fit::{Estimator, Sgd};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
+use glimpse_fitting::linear::CoefficientPrior;
 use glimpse_kernels::scan::LossPrediction;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Brdf, FittedBrdf};
-use glimpse_training::linear::CoefficientPrior;
 
 mod fit;
 

@@ -1,8 +1,8 @@
 //! Scans that end as soon as the upper bound of the loss is at most a target.
 
 use glimpse_core::recipe::Recipe;
-use glimpse_training::recipe::Metadata;
-use glimpse_training::route::{Order, Route};
+use glimpse_fitting::recipe::Metadata;
+use glimpse_fitting::route::{Order, Route};
 use rayon::prelude::*;
 
 use super::{Degradation, EvaluationError, Evaluator, Method, Outcome};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use glimpse_training::recipe::RecipeFile;
+use crate::recipe::RecipeFile;
 
 /// The number of bytes per line.
 const BYTES_PER_LINE: usize = 16;

@@ -1,8 +1,8 @@
 //! Export of a recipe as JSON, complete enough to reimplement the fit.
 
+use crate::recipe::{RecipeDefect, RecipeFile};
 use glimpse_core::geometry::Arms;
 use glimpse_core::recipe::Contents;
-use glimpse_training::recipe::{RecipeDefect, RecipeFile};
 use serde_json::{Value, json};
 
 /// Converts a recipe to JSON.
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 /// It has the sections and fields of `core/docs/recipe.md`; a section that the recipe lacks is null. Lists of numbers are
 /// flat. Rows of components are numbers as in the fit. Bytes are 0 to 255, where 128 and more stand for -128 to -1.
 ///
-/// The key `metadata` has the fields of [`Metadata`](glimpse_training::recipe::Metadata). The keys `model`, `samples` (n),
+/// The key `metadata` has the fields of [`Metadata`](crate::recipe::Metadata). The keys `model`, `samples` (n),
 /// `arms` (rows of theta_i, phi_i, theta_o, phi_o in radians), `memory_words` and `checksum` follow from the sections.
 ///
 /// # Errors

@@ -1,12 +1,12 @@
 //! Fits of lab readings.
 
+use crate::linear::Posterior;
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::model::ModelKind;
 use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::{LossPrediction, scan_with_missing};
 use glimpse_materials::setting::Name;
 use glimpse_materials::{FittedBrdf, FittedMaterial};
-use glimpse_training::linear::Posterior;
 
 use super::bands::fit_bands;
 use super::outliers::Outliers;

@@ -1,8 +1,8 @@
 //! The directions to read next.
 
+use crate::linear::{Candidates, Posterior, Proposal};
+use crate::route::{Machine, MachineArgs, PlanError, stops};
 use glimpse_core::geometry::Angles;
-use glimpse_training::linear::{Candidates, Posterior, Proposal};
-use glimpse_training::route::{Machine, MachineArgs, PlanError, stops};
 
 use super::NamedRecipe;
 

@@ -7,7 +7,7 @@
 //! A reading of an unusual material is improbable, too, but it helps to predict the others. Only the worst outlier is
 //! excluded from the fit, and only if the others predict each other better without it.
 
-use glimpse_training::linear::{CoefficientPrior, LeftOut, Posterior, gain_without};
+use crate::linear::{CoefficientPrior, LeftOut, Posterior, gain_without};
 
 use super::readings::{SampleReading, known_readings};
 

@@ -1,8 +1,8 @@
 //! The readings of a recipe's samples, and their state in a fit.
 
+use crate::linear::{CoefficientPrior, LeftOut, PosteriorReading};
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Repeated;
-use glimpse_training::linear::{CoefficientPrior, LeftOut, PosteriorReading};
 use serde::Serialize;
 
 use super::angles::to_directions;

@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
+use crate::linear::CoefficientPrior;
+use crate::recipe::{RecipeDefect, RecipeFile, RecipeFileError};
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
-use glimpse_training::linear::CoefficientPrior;
-use glimpse_training::recipe::{RecipeDefect, RecipeFile, RecipeFileError};
 
 use crate::bundled::{self, BundledRecipe};
 

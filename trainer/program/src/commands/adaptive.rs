@@ -8,7 +8,7 @@ use clap::builder::RangedI64ValueParser;
 use glimpse_core::geometry::Angles;
 use glimpse_evaluation::evaluation::Adaptive;
 use glimpse_fitting::measurement::NamedRecipe;
-use glimpse_training::route::{Machine, MachineArgs, Position, stops};
+use glimpse_fitting::route::{Machine, MachineArgs, Position, stops};
 
 use super::read_recipe;
 

@@ -1,16 +1,16 @@
 //! `trainer bench`
 
-use crate::benchmark::{Workload, peak};
-use crate::report::{Column, Table};
 use anyhow::ensure;
 use clap::Args;
 use glimpse_core::model::ModelKind;
+use glimpse_fitting::recipe::options::model_parser;
 use glimpse_kernels::lanes::InstructionSet;
-use glimpse_training::meta::options::model_parser;
 use serde::Serialize;
 
 use super::progress::StepProgress;
 use super::{emit, numbers};
+use crate::benchmark::{Workload, peak};
+use crate::report::{Column, Table};
 
 /// Time the computations of meta-learning, and compare them with this machine's peak.
 ///

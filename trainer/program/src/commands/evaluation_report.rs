@@ -1,16 +1,16 @@
 //! Reports of evaluations as text and as JSON, with standard errors and warnings about training materials.
 
-use crate::report::{Cell, Column, Table, metric_columns};
 use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::{Estimate, Report, TargetReport, TrainingOverlap};
 use glimpse_evaluation::metrics::METRICS;
-use glimpse_training::meta::expected_loss::ValidatedLoss;
+use glimpse_fitting::recipe::expected_loss::ValidatedLoss;
+use glimpse_fitting::recipe::{Metadata, MetadataError};
 use glimpse_training::meta::prior::loss_predictor::rank_correlation;
-use glimpse_training::recipe::{Metadata, MetadataError};
 use serde::Serialize;
 
 use super::expected_loss::expected_loss;
 use super::training_overlap::{Overlaps, warnings};
+use crate::report::{Cell, Column, Table, metric_columns};
 
 /// The evaluation of a recipe.
 #[derive(Serialize)]

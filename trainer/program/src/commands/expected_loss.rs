@@ -2,9 +2,9 @@
 
 use glimpse_core::recipe::Recipe;
 use glimpse_fitting::bundled;
+use glimpse_fitting::recipe::expected_loss::{ValidatedLoss, ValidationSplit};
+use glimpse_fitting::recipe::{Metadata, MetadataError};
 use glimpse_materials::{Origin, SourceShare};
-use glimpse_training::meta::expected_loss::{ValidatedLoss, ValidationSplit};
-use glimpse_training::recipe::{Metadata, MetadataError};
 
 /// Describes the expected loss that a recipe states; None if it states none. The text starts with the number.
 pub(super) fn expected_loss(recipe: &Recipe<'_>) -> Result<Option<String>, MetadataError> {

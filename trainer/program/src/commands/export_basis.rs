@@ -4,8 +4,8 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 use glimpse_core::model::linear;
+use glimpse_fitting::linear::{COMPACT_COMPONENTS, COMPACT_NODES, to_compact_bytes};
 use glimpse_materials::basis::Basis;
-use glimpse_training::linear::{COMPACT_COMPONENTS, COMPACT_NODES, to_compact_bytes};
 
 use super::read_recipe;
 

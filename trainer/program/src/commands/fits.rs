@@ -4,8 +4,8 @@ use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::{Evaluator, Method};
 use glimpse_evaluation::metrics::Metrics;
 use glimpse_fitting::bundled;
-use glimpse_training::recipe::Metadata;
-use glimpse_training::route::{Order, Route};
+use glimpse_fitting::recipe::Metadata;
+use glimpse_fitting::route::{Order, Route};
 use rayon::prelude::*;
 
 use super::progress::StepProgress;

@@ -9,7 +9,7 @@ use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
 use glimpse_core::geometry::Angles;
 use glimpse_fitting::measurement::{AngleArgs, AngleTable, Instrument, NamedRecipe};
-use glimpse_training::recipe::RecipeFile;
+use glimpse_fitting::recipe::RecipeFile;
 
 use super::{read_recipe, require_pattern};
 

@@ -7,12 +7,12 @@ use glimpse_core::fit::Estimator;
 use glimpse_core::recipe::Recipe;
 use glimpse_fitting::export::to_json;
 use glimpse_fitting::measurement::NamedRecipe;
+use glimpse_fitting::recipe::Noise;
+use glimpse_fitting::recipe::options::TrainingOptions;
+use glimpse_fitting::recipe::{Metadata, MetadataError};
+use glimpse_fitting::route::{Order, Route, arms_in_degrees};
 use glimpse_materials::Identity;
 use glimpse_materials::setting::Name;
-use glimpse_training::meta::options::TrainingOptions;
-use glimpse_training::meta::tasks::task::Noise;
-use glimpse_training::recipe::{Metadata, MetadataError};
-use glimpse_training::route::{Order, Route, arms_in_degrees};
 
 use super::expected_loss::expected_loss;
 use super::limits::describe;

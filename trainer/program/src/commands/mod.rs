@@ -37,8 +37,8 @@ use std::path::Path;
 
 use anyhow::{Context, bail, ensure};
 use glimpse_fitting::measurement::NamedRecipe;
+use glimpse_fitting::recipe::RecipeFile;
 use glimpse_materials::{Coverage, Material, MaterialsAndShares, Source, Sources};
-use glimpse_training::recipe::RecipeFile;
 use serde::Serialize;
 
 /// The default recipe of readings at any directions.

@@ -7,9 +7,9 @@ use anyhow::{Context, ensure};
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use glimpse_core::geometry::Arms;
+use glimpse_fitting::linear::{Posterior, Proposal};
 use glimpse_fitting::measurement::NamedRecipe;
-use glimpse_training::linear::{Posterior, Proposal};
-use glimpse_training::route::{MachineArgs, arms_in_degrees, blank_directions};
+use glimpse_fitting::route::{MachineArgs, arms_in_degrees, blank_directions};
 use serde::Serialize;
 
 use super::fit::options::ReadingArgs;

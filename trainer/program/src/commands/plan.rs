@@ -4,9 +4,9 @@ use std::path::{PathBuf, absolute};
 
 use anyhow::ensure;
 use clap::{ArgGroup, Args};
+use glimpse_fitting::choice::Choice;
+use glimpse_fitting::route::{Machine, Order, PlanArgs, Route, blank_sheet};
 use glimpse_materials::basis::Basis;
-use glimpse_training::choice::Choice;
-use glimpse_training::route::{Machine, Order, PlanArgs, Route, blank_sheet};
 
 use super::geometry::GeometryArgs;
 use super::output::{is_same_file, refuse_input, write_files};

@@ -5,8 +5,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use glimpse_fitting::recipe::options::TrainingOptions;
 use glimpse_materials::Material;
-use glimpse_training::meta::options::TrainingOptions;
 use glimpse_training::meta::outer::Checkpoints;
 use glimpse_training::run::{TrainError, TrainedRecipe, train};
 use indicatif::{ProgressBar, ProgressStyle};

@@ -2,18 +2,18 @@
 
 use std::path::PathBuf;
 
-use crate::report::{Column, Table};
 use anyhow::Context;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand};
 use glimpse_fitting::bundled::{self, BundledRecipe, Losses};
+use glimpse_fitting::recipe::Metadata;
+use glimpse_fitting::route::{Order, Route};
 use glimpse_materials::basis::Basis;
-use glimpse_training::recipe::Metadata;
-use glimpse_training::route::{Order, Route};
 use serde::Serialize;
 
 use super::emit;
 use super::output::{create_out_folder, write_files};
+use crate::report::{Column, Table};
 
 /// List or write the bundled recipes, which need no training.
 ///

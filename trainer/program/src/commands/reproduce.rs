@@ -6,8 +6,8 @@ use anyhow::{bail, ensure};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use glimpse_evaluation::evaluation::TrainingMaterials;
+use glimpse_fitting::recipe::options::Effort;
 use glimpse_materials::Source;
-use glimpse_training::meta::options::Effort;
 
 use super::lock::Lock;
 use super::output::create_out_folder;

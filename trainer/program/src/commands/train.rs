@@ -6,13 +6,13 @@ use std::time::Instant;
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 use glimpse_core::model::ModelKind;
+use glimpse_fitting::recipe::RecipeFile;
+use glimpse_fitting::recipe::options::{Schedule, TrainingOptions};
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::is_stream;
 use glimpse_materials::{Material, MaterialsAndShares, Source, SourceShare, Sources};
 use glimpse_training::meta::checkpoint::Checkpoint;
-use glimpse_training::meta::options::{Schedule, TrainingOptions};
 use glimpse_training::meta::outer::Checkpoints;
-use glimpse_training::recipe::RecipeFile;
 use glimpse_training::run::{TrainedRecipe, check};
 
 use super::expected_loss::expected_loss;

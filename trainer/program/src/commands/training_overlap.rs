@@ -2,8 +2,8 @@
 
 use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::{TrainingMaterials, TrainingOverlap};
+use glimpse_fitting::recipe::MetadataError;
 use glimpse_materials::Material;
-use glimpse_training::recipe::MetadataError;
 
 /// For each test material, the kind of overlap with the training materials, if there is one.
 pub(super) type Overlaps = Vec<Option<TrainingOverlap>>;

@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
 use glimpse_evaluation::evaluation::names;
 use glimpse_fitting::measurement::Instrument;
-use glimpse_training::meta::options::{Schedule, TrainingOptions};
+use glimpse_fitting::recipe::options::{Schedule, TrainingOptions};
 
 /// All models, in the paper's order.
 pub(super) const MODELS: [ModelKind; 4] = [

@@ -4,7 +4,7 @@ use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_evaluation::evaluation::{Report, names};
 use glimpse_evaluation::metrics::METRICS;
-use glimpse_training::route::{Machine, Order, Route, stops};
+use glimpse_fitting::route::{Machine, Order, Route, stops};
 
 use super::case::{Approach, Case, Variation};
 use super::paper::Published;

@@ -15,17 +15,17 @@ use glimpse_core::model::ModelKind;
 use glimpse_evaluation::evaluation::{
     Adaptive, Evaluator, LINEAR_OPTIMUM_DIRECTIONS, Method, OPTIMUM_STEPS, Report, SampleDirections,
 };
+use glimpse_fitting::choice::Choice;
 use glimpse_fitting::measurement::NamedRecipe;
+use glimpse_fitting::recipe::options::{
+    Effort, PretrainedInit, Schedule, TrainedParts, TrainingOptions,
+};
+use glimpse_fitting::route::{Machine, Position, SpeedArgs};
 use glimpse_materials::loss::DIRECTIONS;
 use glimpse_materials::sampling::{MeanBrdf, uniform_valid};
 use glimpse_materials::{Identity, Material, Source, SourceShare};
-use glimpse_training::choice::Choice;
 use glimpse_training::linear::{Columns, min_condition_pattern, principal_components};
-use glimpse_training::meta::options::{
-    Effort, PretrainedInit, Schedule, TrainedParts, TrainingOptions,
-};
 use glimpse_training::meta::outer::Checkpoints;
-use glimpse_training::route::{Machine, Position, SpeedArgs};
 use glimpse_training::run::INNER_STEPS;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;

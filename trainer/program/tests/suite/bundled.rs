@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use glimpse_fitting::bundled;
-use glimpse_training::recipe::{Metadata, RecipeFile};
+use glimpse_fitting::recipe::{Metadata, RecipeFile};
 
 fn trainer(directory: &Path, arguments: &str) {
     let status = Command::new(env!("CARGO_BIN_EXE_trainer"))

@@ -1,13 +1,12 @@
 //! The method NJR15: sample directions for a well-conditioned ridge problem (Nielsen et al. 2015).
 
 use glimpse_core::geometry::Angles;
+use glimpse_fitting::linear::ComponentsAt;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::uniform_valid;
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-
-use super::ComponentsAt;
 
 /// The number of candidate directions.
 const CANDIDATES: usize = 4_096;

@@ -11,23 +11,11 @@
 //! [`Grid`]: glimpse_materials::basis::Grid
 
 mod columns;
-mod compact;
 mod components;
-mod components_at;
 mod condition;
 mod gaussian_prior;
-mod least_squares;
-mod material_basis;
-mod next;
-mod posterior;
 
 pub use columns::{Columns, MAX_TABULATED};
-pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES, to_compact_bytes};
 pub use components::principal_components;
-pub use components_at::{AngleDual, ComponentsAt};
-pub(crate) use components_at::{add_scaled, dot};
 pub use condition::min_condition_pattern;
 pub use gaussian_prior::GaussianPrior;
-pub use material_basis::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
-pub use next::{Candidates, Proposal};
-pub use posterior::{CoefficientPrior, LeftOut, Posterior, PosteriorReading, gain_without};

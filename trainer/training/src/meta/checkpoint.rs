@@ -5,12 +5,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use glimpse_core::checksum::crc_32;
+use glimpse_fitting::recipe::identity::RunIdentity;
 use glimpse_materials::files;
 use glimpse_materials::untrusted::read_at_most;
 use glimpse_optimizer::Optimizer;
 use serde::{Deserialize, Serialize};
 
-use super::identity::RunIdentity;
 use super::phase::Values;
 use super::scan_budget::INITIAL_WEIGHT;
 

@@ -3,9 +3,9 @@
 use std::sync::OnceLock;
 
 use glimpse_core::fit::ridge::{RidgeGradient, scratch_length};
+use glimpse_fitting::linear::{ComponentsAt, add_scaled, bounded_precision, dot};
 
 use super::tasks::reading::{LOG_SCALE, Reading};
-use crate::linear::{ComponentsAt, add_scaled, dot};
 
 const CHANNELS: usize = 3;
 
@@ -171,20 +171,4 @@ impl Correction {
         }
         gradient
     }
-}
-
-/// The largest ratio of a component's squared entries to its precision.
-const MAX_RATIO: f32 = 3e4;
-
-/// Raises the precisions that would make the system of order n too ill-conditioned for the device's f32. They hardly
-/// restrain their coefficients.
-#[must_use]
-pub fn bounded_precision(rows: &[f32], precision: &[f32]) -> Vec<f32> {
-    let mut bounded = precision.to_vec();
-    for row in rows.chunks_exact(precision.len().max(1)) {
-        for (precision, entry) in bounded.iter_mut().zip(row) {
-            *precision = precision.max(entry * entry / MAX_RATIO);
-        }
-    }
-    bounded
 }

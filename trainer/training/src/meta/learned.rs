@@ -2,9 +2,9 @@
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::Contents;
+use glimpse_fitting::recipe::expected_loss::ValidatedLoss;
 use glimpse_materials::Identity;
 
-use super::expected_loss::ValidatedLoss;
 use super::prior::loss_predictor::LossPredictor;
 
 /// The result of a training run.

@@ -4,10 +4,10 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use glimpse_fitting::recipe::identity::RunIdentity;
 use glimpse_optimizer::Optimizer;
 
 use super::checkpoint::{Checkpoint, CheckpointError};
-use super::identity::RunIdentity;
 use super::pattern::Pattern;
 use super::phase::{OuterStep, Phase, Selection, Values};
 use super::scan_budget::{Motion, REORDER_INTERVAL, ScanBudgetError};

@@ -1,8 +1,7 @@
 //! A phase of training: steps of Adam on the gradient of an objective. The schedules are lists of phases.
 
+use glimpse_fitting::linear::add_scaled;
 use glimpse_optimizer::Groups;
-
-use crate::linear::add_scaled;
 
 /// Meta-parameters, or their gradient.
 pub type Values = Groups<Vec<f32>>;

@@ -5,12 +5,12 @@
 //! time the samples are put into the fastest order.
 
 use glimpse_core::geometry::Angles;
+use glimpse_fitting::recipe::options::TrainingOptions;
+use glimpse_fitting::route::{Machine, Order, Route, Stop, arms_at, arms_in_degrees, move_seconds};
 use glimpse_kernels::Dual;
 use glimpse_materials::setting::Name;
 
-use super::options::TrainingOptions;
 use super::pattern::{Pattern, logits_from_reachable, reachable_angles};
-use crate::route::{Machine, Order, Route, Stop, arms_at, arms_in_degrees, move_seconds};
 
 /// A budget that no pattern keeps.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -191,9 +191,10 @@ impl Motion {
             arms: arms_in_degrees(*angles),
         };
         let stops: Vec<Stop> = angles.iter().enumerate().map(stop).collect();
-        let route = match thorough {
-            true => Route::new(&self.machine, &stops, Order::Travel, 0),
-            false => Route::quick(&self.machine, &stops, Order::Travel),
+        let route = if thorough {
+            Route::new(&self.machine, &stops, Order::Travel, 0)
+        } else {
+            Route::quick(&self.machine, &stops, Order::Travel)
         };
         let order: Vec<usize> = route.visits.iter().map(|visit| visit.index).collect();
         let sorted: Vec<Angles<f32>> = order.iter().map(|index| angles[*index]).collect();

@@ -2,11 +2,11 @@
 
 use glimpse_core::geometry::{Angles, Arms};
 use glimpse_core::model::ModelKind;
+use glimpse_fitting::recipe::expected_loss::{LossEstimate, ValidatedLoss, ValidationSplit};
+use glimpse_fitting::recipe::options::{Effort, OptionsError, Schedule, TrainingOptions};
+use glimpse_fitting::recipe::{Metadata, MetadataError, Training};
+use glimpse_fitting::route::{LimitArgs, SpeedArgs};
 use glimpse_materials::{Identity, Origin, SourceShare};
-use glimpse_training::meta::expected_loss::{LossEstimate, ValidatedLoss, ValidationSplit};
-use glimpse_training::meta::options::{Effort, OptionsError, Schedule, TrainingOptions};
-use glimpse_training::recipe::{Metadata, MetadataError, Training};
-use glimpse_training::route::{LimitArgs, SpeedArgs};
 use proptest::prelude::*;
 
 /// Metadata with all fields.

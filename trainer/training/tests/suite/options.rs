@@ -1,8 +1,8 @@
 //! The options of a training: each one changes the training or is refused, alone and beside each other.
 
 use clap::{Args, Command, FromArgMatches};
+use glimpse_fitting::recipe::options::{OptionsError, Schedule, TrainingOptions};
 use glimpse_materials::{Identity, Origin, Source, SourceShare};
-use glimpse_training::meta::options::{OptionsError, Schedule, TrainingOptions};
 use glimpse_training::run::{TrainError, check};
 
 /// A value for each option that differs from its default.

@@ -6,12 +6,12 @@ use glimpse_core::geometry::{Angles, Arms};
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use glimpse_training::meta::options::{Effort, Schedule, TrainingOptions};
-use glimpse_training::meta::pattern::{Pattern, logits_from_reachable};
-use glimpse_training::meta::scan_budget::{Motion, ScanBudgetError};
-use glimpse_training::route::{
+use glimpse_fitting::recipe::options::{Effort, Schedule, TrainingOptions};
+use glimpse_fitting::route::{
     LimitArgs, Machine, Order, Route, SpeedArgs, Stop, arms_in_degrees, stops,
 };
+use glimpse_training::meta::pattern::{Pattern, logits_from_reachable};
+use glimpse_training::meta::scan_budget::{Motion, ScanBudgetError};
 use glimpse_training::run::train;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

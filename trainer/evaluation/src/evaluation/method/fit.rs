@@ -4,11 +4,11 @@ use glimpse_core::fit::{AnyModel, Channels, Estimator, ScanModel, Sgd};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{ModelKind, Sample, Samples, Slot, slot_of};
 use glimpse_core::recipe::Recipe;
+use glimpse_fitting::linear::{ComponentsAt, Posterior, PosteriorReading};
 use glimpse_kernels::ModelKernels;
 use glimpse_kernels::scan::{LossPrediction, ScanOutcome, scan_with_missing};
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{FittedBrdf, Material};
-use glimpse_training::linear::{ComponentsAt, Posterior, PosteriorReading};
 
 use super::super::ggx::Ggx;
 use super::super::{EvaluationError, adam};

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use crate::report::{Axis, Lobe, Plot, Scale, Series, lobe, lobe_directions, lobe_svg, luminance};
 use glimpse_evaluation::evaluation::SPHERE_SIZE;
 use glimpse_evaluation::render::render_sphere;
 use glimpse_fitting::measurement::{Fit, MaterialFiles, Report, SpectrumReading, SpectrumReport};
 use glimpse_materials::{Material, angles_of};
+
+use crate::report::{Axis, Lobe, Plot, Scale, Series, lobe, lobe_directions, lobe_svg, luminance};
 
 /// Polar angles of the light in the plot of lobes, degrees.
 const LOBE_THETA_I: [f32; 3] = [15.0, 45.0, 75.0];

@@ -3,7 +3,6 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use crate::report::{MAX_LOBES, document};
 use anyhow::{Context, ensure};
 use clap::{ArgGroup, Args};
 use glimpse_core::geometry::Angles;
@@ -13,10 +12,10 @@ use glimpse_evaluation::evaluation::Degradation;
 use glimpse_fitting::measurement::{
     AngleArgs, NamedRecipe, ReadingQuantity, Readings, Rows, SampleReading, Selection,
 };
+use glimpse_fitting::route::MachineArgs;
 use glimpse_kernels::scan::scan_with_missing;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Material, Source};
-use glimpse_training::route::MachineArgs;
 use glimpse_viewer::{RecipeScan, Reference, STYLE, View as Page};
 
 use super::super::export_basis::compact_basis;
@@ -24,6 +23,7 @@ use super::super::load_single;
 use super::super::numbers::share;
 use super::super::output::{check_out, file_type, refuse_input, refuse_source, write_file};
 use super::super::training_overlap::warn_of_overlap;
+use crate::report::{MAX_LOBES, document};
 
 /// Write an interactive HTML page that fits scans in a browser.
 ///

@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use glimpse_evaluation::evaluation::SPHERE_SIZE;
+use glimpse_fitting::recipe::{Metadata, RecipeFile};
 use glimpse_materials::{Identity, Material, Procedural, digest};
-use glimpse_training::recipe::{Metadata, RecipeFile};
 use serde_json::{Value, json};
 
 use super::folder::{COOK_TORRANCE_N8, NEURAL_N8, PHONG_N8};

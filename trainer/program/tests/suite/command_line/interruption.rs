@@ -6,9 +6,9 @@ use std::thread::sleep;
 use std::time::Instant;
 
 use glimpse_core::model::ModelKind;
+use glimpse_fitting::recipe::options::{Effort, Schedule, TrainingOptions};
 use glimpse_materials::Source;
 use glimpse_training::meta::checkpoint::CheckpointError;
-use glimpse_training::meta::options::{Effort, Schedule, TrainingOptions};
 use glimpse_training::meta::outer::Checkpoints;
 use glimpse_training::run::{TrainError, TrainedRecipe, train};
 use rand::{Rng, SeedableRng};

@@ -4,11 +4,11 @@ use glimpse_core::fit::Ridge;
 use glimpse_core::model::ModelKind;
 use glimpse_core::numeric::{Floats, PackedRows};
 use glimpse_core::recipe::{Contents, Pattern};
+use glimpse_fitting::recipe::expected_loss::{LossEstimate, ValidatedLoss, ValidationSplit};
+use glimpse_fitting::recipe::options::{Effort, Schedule, TrainingOptions};
+use glimpse_fitting::recipe::{Metadata, RecipeFile, Training};
+use glimpse_fitting::route::LimitArgs;
 use glimpse_materials::{Identity, Source, SourceShare};
-use glimpse_training::meta::expected_loss::{LossEstimate, ValidatedLoss, ValidationSplit};
-use glimpse_training::meta::options::{Effort, Schedule, TrainingOptions};
-use glimpse_training::recipe::{Metadata, RecipeFile, Training};
-use glimpse_training::route::LimitArgs;
 use serde_json::{Value, json};
 
 use super::{Folder, number, numbers};

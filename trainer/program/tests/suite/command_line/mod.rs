@@ -32,10 +32,10 @@ use glimpse_core::fit::Estimator;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::names;
+use glimpse_fitting::recipe::Metadata;
+use glimpse_fitting::recipe::expected_loss::ValidationSplit;
+use glimpse_fitting::recipe::options::{Effort, Schedule, TrainingOptions};
 use glimpse_materials::{Identity, Material, Procedural, Source, SourceShare, digest};
-use glimpse_training::meta::expected_loss::ValidationSplit;
-use glimpse_training::meta::options::{Effort, Schedule, TrainingOptions};
-use glimpse_training::recipe::Metadata;
 use serde_json::{Value, json};
 
 use crate::common::assert_names;

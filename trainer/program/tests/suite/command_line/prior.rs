@@ -2,7 +2,7 @@
 
 use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::names;
-use glimpse_training::recipe::Metadata;
+use glimpse_fitting::recipe::Metadata;
 use serde_json::Value;
 
 use super::{Folder, number};

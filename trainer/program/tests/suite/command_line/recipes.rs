@@ -1,7 +1,7 @@
 //! `trainer recipes`: bundled recipes.
 
 use glimpse_fitting::bundled;
-use glimpse_training::recipe::Metadata;
+use glimpse_fitting::recipe::Metadata;
 use serde_json::json;
 
 use super::{Folder, number};

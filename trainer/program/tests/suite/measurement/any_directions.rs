@@ -9,7 +9,7 @@ use glimpse_fitting::measurement::{
     AngleArgs, AngleConvention, AngleUnit, Fit, FitFailure, IsotropicAngles, LabReading,
     NamedRecipe, ReadingQuantity, Readings, Rows,
 };
-use glimpse_training::recipe::RecipeDefect;
+use glimpse_fitting::recipe::RecipeDefect;
 
 use super::{error_message, pattern, recipe, rows};
 use crate::common::assert_names;

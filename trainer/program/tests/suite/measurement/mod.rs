@@ -14,7 +14,7 @@ use glimpse_core::model::ModelKind;
 use glimpse_fitting::measurement::{
     AngleArgs, NamedRecipe, Outliers, ReadingQuantity, Readings, Rows, SampleReading, TableError,
 };
-use glimpse_training::recipe::RecipeFile;
+use glimpse_fitting::recipe::RecipeFile;
 
 /// Reads one of the bundled recipes.
 pub(crate) fn recipe(name: &str) -> RecipeFile {

@@ -1,6 +1,8 @@
 //! The objective of schedule paper for models fitted by SGD: initial parameters, step sizes and pattern.
 
 use glimpse_core::geometry::HalfDifference;
+use glimpse_fitting::recipe::expected_loss::LossEstimate;
+use glimpse_fitting::recipe::options::PretrainedInit;
 use glimpse_kernels::ModelKernels;
 use glimpse_kernels::inner_loop::InnerLoop;
 use glimpse_materials::sampling::sobol_valid;
@@ -10,9 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::objective::{InnerSamples, LossSamples, PaperObjective};
-use crate::meta::expected_loss::LossEstimate;
 use crate::meta::initialization::random_initialization;
-use crate::meta::options::PretrainedInit;
 use crate::meta::pattern::{Pattern, angles_above_horizon};
 use crate::meta::phase::{OuterStep, Values, scaled_sum};
 use crate::meta::streams::RandomStreams;

@@ -1,6 +1,7 @@
 //! The objective of schedule paper, with one implementation for models fitted by SGD and one for Linear.
 
-use crate::meta::expected_loss::LossEstimate;
+use glimpse_fitting::recipe::expected_loss::LossEstimate;
+
 use crate::meta::phase::{OuterStep, Values};
 
 /// The samples of the inner loop.

@@ -1,12 +1,12 @@
 //! The phases of schedule paper: the two stages of the paper.
 
 use glimpse_core::model::ModelKind;
+use glimpse_fitting::recipe::options::{TrainedParts, TrainingOptions};
 use glimpse_materials::sampling::{sobol_valid, uniform_valid};
 use glimpse_optimizer::Groups;
 use rayon::prelude::*;
 
 use super::objective::{InnerSamples, LossSamples, PaperObjective};
-use crate::meta::options::{Effort, TrainedParts, TrainingOptions};
 use crate::meta::pattern::{Pattern, logits_from_angles};
 use crate::meta::phase::{OuterStep, Phase, Selection, Start, Values};
 
@@ -24,19 +24,6 @@ const PATTERN_SAMPLES: LossSamples = LossSamples {
     inner: InnerSamples::Pattern,
     outer: 25_000,
 };
-
-impl Effort {
-    /// Returns the divisor of the paper's number of steps at this effort of schedule paper.
-    #[must_use]
-    pub fn paper_step_divisor(self) -> usize {
-        match self {
-            Self::Brief => 500,
-            Self::Quick => 100,
-            Self::Standard => 10,
-            Self::Long => 1,
-        }
-    }
-}
 
 /// Returns the phases of the paper, with one task per step. `tasks` is the number of materials.
 ///
@@ -162,8 +149,8 @@ fn with_added_samples(mut values: Values, samples: usize, seed: u64) -> Values {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::meta::expected_loss::LossEstimate;
-    use crate::meta::options::Schedule;
+    use glimpse_fitting::recipe::expected_loss::LossEstimate;
+    use glimpse_fitting::recipe::options::{Effort, Schedule};
 
     /// The loss of a pattern is that of its first logit.
     struct FirstLogit;

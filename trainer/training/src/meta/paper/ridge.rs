@@ -3,6 +3,8 @@
 //! A material has too small a loss if its basis contains it. Materials are therefore split into folds, and each material
 //! is trained with the basis of all other folds. The final basis contains all materials.
 
+use glimpse_fitting::linear::ComponentsAt;
+use glimpse_fitting::recipe::expected_loss::LossEstimate;
 use glimpse_kernels::components::ComponentTable;
 use glimpse_materials::Material;
 use glimpse_materials::basis::Basis;
@@ -11,9 +13,8 @@ use glimpse_optimizer::Groups;
 use rayon::prelude::*;
 
 use super::objective::{LossSamples, PaperObjective};
-use crate::linear::{Columns, ComponentsAt, principal_components};
+use crate::linear::{Columns, principal_components};
 use crate::meta::correction::Correction;
-use crate::meta::expected_loss::LossEstimate;
 use crate::meta::pattern::{Pattern, angles_above_horizon};
 use crate::meta::phase::{OuterStep, Values, scaled_sum};
 use crate::meta::streams::RandomStreams;

@@ -2,6 +2,10 @@
 
 use glimpse_core::fit::Sgd;
 use glimpse_core::recipe::Contents;
+use glimpse_fitting::linear::ComponentsAt;
+use glimpse_fitting::recipe::expected_loss::{ValidatedLoss, ValidationSplit};
+use glimpse_fitting::recipe::options::{TrainedParts, TrainingOptions};
+use glimpse_fitting::recipe::sections::{Arena, count};
 use glimpse_kernels::ModelKernels;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::uniform_valid;
@@ -14,14 +18,11 @@ use super::descent::DescentObjective;
 use super::objective::PaperObjective;
 use super::phases::phases;
 use super::ridge::RidgeObjective;
-use crate::linear::{Columns, ComponentsAt, principal_components};
-use crate::meta::expected_loss::{ValidatedLoss, ValidationSplit};
+use crate::linear::{Columns, principal_components};
 use crate::meta::learned::Learned;
-use crate::meta::options::{TrainedParts, TrainingOptions};
 use crate::meta::outer::{Checkpoints, Observer, OuterLoop, RunError};
 use crate::meta::pattern::angles_above_horizon;
 use crate::meta::phase::Values;
-use crate::meta::sections::{Arena, count};
 use crate::meta::streams::RandomStreams;
 use crate::meta::tasks::pool::WarpedPool;
 

@@ -1,13 +1,13 @@
 //! The coefficients of tasks from their readings, their losses, and the evidence of the readings.
 
+use glimpse_fitting::linear::{ComponentsAt, add_scaled, bounded_precision};
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 
 use super::dataset::{Directions, Subset};
 use super::hyperparameters::Hyperparameters;
 use super::loss_predictor::Evidence;
 use super::refinement::{Refinement, RefinementInputs};
-use crate::linear::{ComponentsAt, add_scaled};
-use crate::meta::correction::{Corrected, Correction, bounded_precision};
+use crate::meta::correction::{Corrected, Correction};
 use crate::meta::pattern::Pattern;
 use crate::meta::phase::Values;
 use crate::meta::tasks::reading::Reading;

@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
+use glimpse_fitting::recipe::options::TrainingOptions;
 use glimpse_kernels::components::ComponentTable;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::{sphere_view_samples, uniform_valid};
@@ -9,7 +10,6 @@ use glimpse_materials::{Material, Procedural};
 
 use super::virtual_readings::VirtualReadings;
 use crate::linear::{Columns, principal_components};
-use crate::meta::options::TrainingOptions;
 use crate::meta::tasks::highlight_warp::HighlightWarp;
 use crate::meta::tasks::pool::WarpedPool;
 use crate::meta::tasks::task::{MaterialGroup, ReadingOptions};

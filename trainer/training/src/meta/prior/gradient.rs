@@ -1,5 +1,6 @@
 //! The gradient of the loss of a chunk of tasks.
 
+use glimpse_fitting::linear::add_scaled;
 use glimpse_kernels::lanes::WIDTH;
 use glimpse_kernels::samples::SampleOctets;
 
@@ -7,7 +8,6 @@ use super::completed_tasks::{CompletedTasks, Prepared, task_weight};
 use super::dataset::Directions;
 use super::hyperparameters::Hyperparameters;
 use super::refinement::{Refinement, RefinementGradient};
-use crate::linear::add_scaled;
 use crate::meta::phase::Values;
 use crate::meta::tasks::samples::uniform_weight;
 use crate::meta::tasks::task::Task;

@@ -1,12 +1,12 @@
 //! Losses of materials that were held out of training: the data of the loss predictor.
 
+use glimpse_fitting::recipe::options::TrainingOptions;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::dataset::{Dataset, Directions};
 use super::loss_predictor::{Evidence, HeldOutLoss, HeldOutOrigin};
 use super::objective::PriorObjective;
-use crate::meta::options::TrainingOptions;
 use crate::meta::phase::Values;
 use crate::meta::tasks::task::{Dropout, MaterialGroup, Task};
 

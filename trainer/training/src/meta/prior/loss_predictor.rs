@@ -2,10 +2,9 @@
 
 use glimpse_core::fit::Prediction;
 use glimpse_core::fit::prediction::{MIN_INNOVATION, MIN_RESIDUAL};
+use glimpse_fitting::recipe::expected_loss::LossEstimate;
+use glimpse_fitting::recipe::sections::Arena;
 use nalgebra::{DMatrix, DVector};
-
-use crate::meta::expected_loss::LossEstimate;
-use crate::meta::sections::Arena;
 
 /// The ridge penalty of the weights of coefficients, for features normalized to a mean square of 1. The weights of the
 /// evidence have almost none.

@@ -21,12 +21,12 @@ mod sample_order;
 mod train;
 mod virtual_readings;
 
+use glimpse_fitting::recipe::options::TrainingOptions;
+use glimpse_fitting::recipe::sections::Arena;
 use glimpse_materials::Material;
 
 use super::learned::Learned;
-use super::options::TrainingOptions;
 use super::outer::{Checkpoints, Observer, RunError};
-use super::sections::Arena;
 
 /// Trains a recipe. None if the materials of a recipe without a pattern are too few, or all the same.
 ///

@@ -3,6 +3,9 @@
 
 use glimpse_core::fit::{GaussNewton, Start};
 use glimpse_core::model::ModelKind;
+use glimpse_fitting::recipe::expected_loss::LossEstimate;
+use glimpse_fitting::recipe::options::TrainingOptions;
+use glimpse_fitting::recipe::sections::Arena;
 use glimpse_kernels::completion::Shape;
 use glimpse_materials::sampling::uniform_valid;
 use rand::{Rng, SeedableRng};
@@ -16,13 +19,10 @@ use super::hyperparameters::Hyperparameters;
 use super::initial_weights::initial_weights;
 use super::refinement::Refinement;
 use super::sample_order::greedy_order;
-use crate::meta::expected_loss::LossEstimate;
 use crate::meta::initialization::initial_guess;
-use crate::meta::options::TrainingOptions;
 use crate::meta::pattern::{Pattern, Reach};
 use crate::meta::phase::{OuterStep, Values, scaled_sum};
 use crate::meta::scan_budget::Motion;
-use crate::meta::sections::Arena;
 use crate::meta::streams::RandomStreams;
 use crate::meta::tasks::reading::Reading;
 use crate::meta::tasks::task::{Dropout, Task};

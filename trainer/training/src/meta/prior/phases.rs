@@ -1,10 +1,10 @@
 //! The phases of schedule prior, which trains the CoefficientNet with the pattern, and then the StartNet.
 
 use glimpse_core::model::ModelKind;
+use glimpse_fitting::recipe::options::Effort;
 use glimpse_optimizer::Groups;
 
 use super::objective::{OUTER_SAMPLES, PriorObjective, RANDOM_TASKS, StepOptions};
-use crate::meta::options::Effort;
 use crate::meta::phase::{Gradient, Phase, Selection, Start};
 use crate::meta::tasks::task::Dropout;
 

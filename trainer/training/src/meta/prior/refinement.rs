@@ -3,6 +3,7 @@
 
 use glimpse_core::fit;
 use glimpse_core::model::{ModelKind, SampleGradient};
+use glimpse_fitting::recipe::sections::{Arena, count};
 use glimpse_kernels::ModelKernels;
 use glimpse_kernels::gauss_newton::{FitGradient, GaussNewton, OctetAdjoint};
 use glimpse_kernels::lanes::{Octet, WIDTH};
@@ -13,7 +14,6 @@ use super::hyperparameters::StepParameters;
 use super::virtual_readings::VirtualReadings;
 use crate::meta::initialization::initial_guess;
 use crate::meta::phase::Values;
-use crate::meta::sections::{Arena, count};
 use crate::meta::tasks::samples::WeightedSamples;
 
 /// The number of Gauss-Newton steps.

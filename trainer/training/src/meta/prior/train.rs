@@ -5,6 +5,11 @@ use std::ops::ControlFlow;
 use glimpse_core::fit::Ridge;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Contents;
+use glimpse_fitting::linear::ComponentsAt;
+use glimpse_fitting::recipe::expected_loss::{LossEstimate, ValidatedLoss, ValidationSplit};
+use glimpse_fitting::recipe::identity::RunIdentity;
+use glimpse_fitting::recipe::options::{Effort, TrainingOptions};
+use glimpse_fitting::recipe::sections::Arena;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Identity, Material};
 
@@ -15,14 +20,9 @@ use super::hyperparameters::Hyperparameters;
 use super::loss_predictor::{HeldOutLoss, LossPredictor};
 use super::objective::{COMPONENTS, PriorObjective};
 use super::phases;
-use crate::linear::ComponentsAt;
-use crate::meta::expected_loss::{LossEstimate, ValidatedLoss, ValidationSplit};
-use crate::meta::identity::RunIdentity;
 use crate::meta::learned::Learned;
-use crate::meta::options::{Effort, TrainingOptions};
 use crate::meta::outer::{Checkpoints, Observer, OuterLoop, PathOfSamples, Progress, RunError};
 use crate::meta::phase::{Phase, Values};
-use crate::meta::sections::Arena;
 use crate::meta::tasks::reading::LOG_SCALE;
 
 /// The number of components of the correction, K, for the model Linear with more samples than a device fits.

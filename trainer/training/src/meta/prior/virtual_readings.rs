@@ -2,13 +2,12 @@
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::linear::unmap;
+use glimpse_fitting::linear::ComponentsAt;
 use glimpse_kernels::Dual;
 use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, transpose_rgb};
 use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::{sobol_valid, sphere_view_samples};
-
-use crate::linear::ComponentsAt;
 
 /// The share of directions distributed like those of a rendered sphere, as in the loss.
 const SPHERE_SHARE: f32 = 0.25;

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_fitting::linear::AngleDual;
 use glimpse_materials::{Brdf, BrdfWithDerivative, Material, angles_of};
 
 use super::highlight_warp::HighlightWarp;
 use super::reading::{evaluate_warped, field_factor, mix_channel};
 use super::task::Task;
-use crate::linear::AngleDual;
 
 /// The augmented material of a task, without noise.
 pub(crate) struct TaskMaterial {

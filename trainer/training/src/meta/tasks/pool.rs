@@ -7,6 +7,7 @@ use std::sync::{Arc, OnceLock};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::numeric::Scalar;
+use glimpse_fitting::linear::ComponentsAt;
 use glimpse_kernels::components::{ComponentTable, HEADER_OCTETS};
 use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, transpose_rgb};
@@ -17,7 +18,6 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::highlight_warp::HighlightWarp;
-use crate::linear::ComponentsAt;
 
 /// The number of terms of a smooth field: a factor that augments a material and varies slowly with the directions. It
 /// may, for example, brighten grazing angles or large theta_h.

@@ -3,13 +3,13 @@
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::EPSILON;
 use glimpse_core::numeric::Scalar;
+use glimpse_fitting::linear::{AngleDual, ComponentsAt};
 use glimpse_kernels::Dual;
 use glimpse_materials::{BrdfWithDerivative, Material, quantize};
 
 use super::highlight_warp::HighlightWarp;
 use super::pool::field_terms;
 use super::task::Task;
-use crate::linear::{AngleDual, ComponentsAt};
 
 /// The scale of centered logarithms.
 pub const LOG_SCALE: f32 = 0.5;

@@ -4,28 +4,16 @@
 //! smooth field multiplies the mixture.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
+use glimpse_fitting::recipe::Noise;
 use glimpse_kernels::lanes::WIDTH;
 use glimpse_kernels::samples::OctetRgb;
 use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde::Serialize;
 
 use super::pool::{FIELD_TERMS, WarpedPool};
 use super::samples::WeightedSamples;
 use crate::meta::initialization::standard_normal;
-
-/// The noise of readings in training, independent for each channel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Noise {
-    /// The standard deviation relative to the reading, 0 or more.
-    pub multiplicative: f32,
-    /// The standard deviation of the additive noise in sr⁻¹ (of the BRDF, not times the cosine), 0 or more.
-    pub additive: f32,
-    /// The number of levels of the sensor from darkness to a white surface (BRDF 1/π) that faces the light; 0 without
-    /// quantization.
-    pub levels: u32,
-}
 
 /// The readings of tasks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

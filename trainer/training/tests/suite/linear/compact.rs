@@ -4,10 +4,10 @@ use std::sync::LazyLock;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::{self, EPSILON};
+use glimpse_fitting::linear::{COMPACT_NODES, ComponentsAt, to_compact_bytes};
 use glimpse_materials::Brdf;
 use glimpse_materials::basis::{Basis, CoefficientCountError};
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_training::linear::{COMPACT_NODES, ComponentsAt, to_compact_bytes};
 
 use super::{MATERIALS, basis};
 

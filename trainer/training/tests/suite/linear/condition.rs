@@ -1,9 +1,10 @@
 //! The sample patterns of the method NJR15 (Nielsen et al. 2015).
 
 use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_fitting::linear::ComponentsAt;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_training::linear::{ComponentsAt, min_condition_pattern};
+use glimpse_training::linear::min_condition_pattern;
 use nalgebra::DMatrix;
 
 use super::basis;

@@ -11,10 +11,11 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::model::linear::map;
 use glimpse_core::numeric::Rows;
 
+use glimpse_fitting::recipe::Noise;
+use glimpse_fitting::recipe::options::{Effort, Schedule, TrainingOptions};
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 use glimpse_kernels::scan::scan;
 use glimpse_materials::{Brdf, Procedural};
-use glimpse_training::meta::options::{Effort, Schedule, TrainingOptions};
 use glimpse_training::meta::outer::{Checkpoints, OuterLoop, RunError};
 use glimpse_training::meta::pattern::Reach;
 use glimpse_training::meta::phase::{OuterStep, Phase, Values};
@@ -23,7 +24,7 @@ use glimpse_training::meta::prior::objective::{PriorObjective, StepOptions};
 use glimpse_training::meta::prior::phases::phases;
 use glimpse_training::meta::prior::refinement::Refinement;
 use glimpse_training::meta::streams::RandomStreams;
-use glimpse_training::meta::tasks::task::{Dropout, MaterialGroup, Noise, ReadingOptions};
+use glimpse_training::meta::tasks::task::{Dropout, MaterialGroup, ReadingOptions};
 use glimpse_training::run::{TrainError, train};
 use nalgebra::{Cholesky, DMatrix, DVector};
 

@@ -2,10 +2,11 @@
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::linear::EPSILON;
+use glimpse_fitting::linear::ComponentsAt;
+use glimpse_fitting::recipe::options::TrainingOptions;
 use glimpse_materials::Material;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_training::linear::{Columns, ComponentsAt, principal_components};
-use glimpse_training::meta::options::TrainingOptions;
+use glimpse_training::linear::{Columns, principal_components};
 use glimpse_training::meta::paper::objective::{InnerSamples, LossSamples, PaperObjective};
 use glimpse_training::meta::paper::ridge::RidgeObjective;
 use glimpse_training::meta::pattern::{angles_above_horizon, logits_from_angles};

@@ -20,10 +20,8 @@ mod stop;
 mod tests;
 mod visit;
 
-pub(crate) use arms::arms_at;
-pub use arms::{arms_in_degrees, axis_speeds};
-pub(crate) use machine::move_seconds;
-pub use machine::{Machine, MachineError};
+pub use arms::{arms_at, arms_in_degrees, axis_speeds};
+pub use machine::{Machine, MachineError, move_seconds};
 pub use position::Position;
 pub use request::{LimitArgs, MachineArgs, PlanArgs, SpeedArgs};
 pub use sheet::{blank_directions, blank_sheet};

@@ -15,7 +15,7 @@ pub struct RunIdentity {
 
 impl RunIdentity {
     /// Returns the plural noun for what differs from another run.
-    pub(super) fn difference(&self, other: &Self) -> &'static str {
+    pub fn difference(&self, other: &Self) -> &'static str {
         match (
             self.options == other.options,
             self.materials == other.materials,

@@ -8,9 +8,8 @@ use glimpse_core::section::MAX_SAMPLES;
 use glimpse_materials::basis::Basis;
 
 use super::file::{RecipeDefect, RecipeFile};
-use crate::linear::ComponentsAt;
-use crate::meta::correction::bounded_precision;
-use crate::meta::sections::Arena;
+use super::sections::Arena;
+use crate::linear::{ComponentsAt, bounded_precision};
 
 impl RecipeFile {
     /// Returns the recipe of readings at directions, angles in radians, which this recipe without a pattern fits.

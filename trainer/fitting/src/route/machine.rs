@@ -106,11 +106,7 @@ pub(crate) type AxisSeconds<S = f64> = [S; 3];
 
 /// Returns the time of a move from one [`Machine::axis_seconds`] to another, given [`Machine::turn_seconds`].
 #[inline]
-pub(crate) fn move_seconds<S: RealScalar>(
-    turn: f64,
-    from: &AxisSeconds<S>,
-    to: &AxisSeconds<S>,
-) -> S {
+pub fn move_seconds<S: RealScalar>(turn: f64, from: &AxisSeconds<S>, to: &AxisSeconds<S>) -> S {
     let mut moves = *to;
     for (change, from) in moves.iter_mut().zip(from) {
         *change = *change - *from;
@@ -153,7 +149,7 @@ impl Machine {
 
     /// Converts a position to the seconds that each axis takes from 0: theta_i, theta_o, and the difference of the
     /// azimuths, wrapped to -180 to 180 degrees.
-    pub(crate) fn axis_seconds<S: RealScalar>(&self, arms: &Arms<S>) -> AxisSeconds<S> {
+    pub fn axis_seconds<S: RealScalar>(&self, arms: &Arms<S>) -> AxisSeconds<S> {
         let speeds = &self.speeds;
         [
             (arms.theta_i, speeds.theta_i),
@@ -167,7 +163,7 @@ impl Machine {
     }
 
     /// Returns the seconds that a full turn of the difference of the azimuths takes; infinite without full turns.
-    pub(crate) fn turn_seconds(&self) -> f64 {
+    pub fn turn_seconds(&self) -> f64 {
         match self.full_turns {
             true => 360.0 / (self.speeds.phi_i + self.speeds.phi_o),
             false => f64::INFINITY,

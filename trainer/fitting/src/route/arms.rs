@@ -5,7 +5,7 @@ use glimpse_kernels::dual::RealScalar;
 
 /// Returns the directions of the arms at angles in radians, in degrees: polar angles of 0 to 90, azimuths of -180 to
 /// 180. Along the normal, all derivatives are 0.
-pub(crate) fn arms_at<S: RealScalar>(angles: Angles<S>) -> Arms<S> {
+pub fn arms_at<S: RealScalar>(angles: Angles<S>) -> Arms<S> {
     /// The square of the sine of the polar angle below which a direction counts as the normal.
     const POLE: f64 = 1e-8;
     let directions = HalfDifference::from_angles(angles).directions();

@@ -325,22 +325,14 @@ pub(super) mod tests {
     use glimpse_materials::{Material, Procedural};
 
     use super::*;
-    use crate::linear::{COMPACT_NODES, GaussianPrior, to_compact_bytes};
 
+    /// Returns the prior of the bundled recipe `linear-any`.
     pub(crate) fn prior() -> CoefficientPrior {
-        let set = Procedural::set(40, 1).into_iter();
-        let tasks: Vec<Box<dyn Material>> = set.map(|each| Box::new(each) as _).collect();
-        let GaussianPrior {
-            basis,
-            mean_variance,
-            difference_variance,
-        } = GaussianPrior::new(&tasks, 12).expect("the materials differ");
-        let compact = to_compact_bytes(&basis, basis.components(), COMPACT_NODES);
-        CoefficientPrior {
-            basis: Arc::new(Basis::from_compact_bytes(&compact).expect("a valid basis")),
-            variance: [mean_variance, difference_variance],
-            noise: 0.02,
-        }
+        let recipe = include_bytes!("../../../recipes/any/linear-any.recipe");
+        let basis = include_bytes!("../../../recipes/any/linear-any.basis");
+        let recipe = Recipe::parse(recipe).expect("a valid recipe");
+        let basis = Basis::from_compact_bytes(basis).expect("a valid basis");
+        CoefficientPrior::new(&recipe, Arc::new(basis)).expect("a recipe without a pattern")
     }
 
     pub(crate) fn readings(material: &dyn Material, count: usize) -> Vec<PosteriorReading> {

@@ -6,21 +6,22 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::numeric::{Floats, PackedRows};
 use glimpse_kernels::completion::{Shape, split_lists};
 
-use super::correction::bounded_precision;
 use super::quantize::quantize;
-use crate::linear::ComponentsAt;
+use crate::linear::{ComponentsAt, bounded_precision};
 
 /// The bytes of lists, which sections borrow.
 #[derive(Default)]
-pub(crate) struct Arena(bumpalo::Bump);
+pub struct Arena(bumpalo::Bump);
 
 impl Arena {
-    pub(crate) fn floats(&self, values: &[f32]) -> Floats<'_> {
+    /// Returns a list of numbers.
+    pub fn floats(&self, values: &[f32]) -> Floats<'_> {
         let bytes: Vec<u8> = values.iter().copied().flat_map(f32::to_le_bytes).collect();
         Floats::new(self.0.alloc_slice_copy(&bytes))
     }
 
-    pub(crate) fn angles(&self, angles: &[Angles<f32>]) -> Floats<'_> {
+    /// Returns a list of angles in radians, in the order theta_h, theta_d, phi_d.
+    pub fn angles(&self, angles: &[Angles<f32>]) -> Floats<'_> {
         let triples = angles.iter();
         let numbers = triples.flat_map(|angles| angles.to_array());
         self.floats(&numbers.collect::<Vec<_>>())
@@ -38,7 +39,7 @@ impl Arena {
     }
 
     /// Quantizes the rows of components at directions.
-    pub(super) fn rows(&self, at: &ComponentsAt) -> PackedRows<'_> {
+    pub fn rows(&self, at: &ComponentsAt) -> PackedRows<'_> {
         let components = at.components;
         let (entries, scales) =
             self.weights(&at.rows, components, |index| index % components.max(1));
@@ -46,12 +47,7 @@ impl Arena {
     }
 
     /// Returns the ridge stage of a pattern, with rows of f32. `precision` has an entry for each component.
-    pub(crate) fn ridge(
-        &self,
-        at: &ComponentsAt,
-        precision: &[f32],
-        basis_checksum: u32,
-    ) -> Ridge<'_> {
+    pub fn ridge(&self, at: &ComponentsAt, precision: &[f32], basis_checksum: u32) -> Ridge<'_> {
         Ridge {
             precision: self.floats(&bounded_precision(&at.rows, precision)),
             difference_precision: Floats::default(),
@@ -66,7 +62,7 @@ impl Arena {
 
     /// Returns the network from readings to coefficients, with a policy for missing readings and the scale of centered
     /// logarithms.
-    pub(super) fn net(
+    pub fn net(
         &self,
         shape: Shape,
         weights: &[f32],
@@ -91,7 +87,7 @@ impl Arena {
     }
 
     /// Returns the network from coefficients to the start of the steps.
-    pub(super) fn start(&self, shape: Shape, weights: &[f32]) -> Start<'_> {
+    pub fn start(&self, shape: Shape, weights: &[f32]) -> Start<'_> {
         let [hidden, bias, output] = split_lists(weights, shape.start_net_lengths());
         let inputs = hidden.len() / shape.units.max(1);
         let (hidden, hidden_scales) = self.weights(hidden, shape.units, |index| index / inputs);
@@ -108,6 +104,7 @@ impl Arena {
 }
 
 /// Returns a count as the format holds it. The format's limits are smaller, so that larger counts are refused.
-pub(super) fn count(number: usize) -> u16 {
+#[must_use]
+pub fn count(number: usize) -> u16 {
     u16::try_from(number).unwrap_or(u16::MAX)
 }

@@ -8,10 +8,10 @@ use glimpse_core::recipe::Recipe;
 use glimpse_materials::Identity;
 use serde::{Deserialize, Serialize};
 
+use super::expected_loss::ValidatedLoss;
+use super::noise::Noise;
+use super::options::{OptionsError, TrainedParts, TrainingOptions};
 use crate::choice::Choice;
-use crate::meta::expected_loss::ValidatedLoss;
-use crate::meta::options::{OptionsError, TrainedParts, TrainingOptions};
-use crate::meta::tasks::task::Noise;
 use crate::route::Machine;
 
 /// The metadata of a recipe. A fit needs none of it.

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::identity::{RunIdentity, digest};
-use super::tasks::task::Noise;
+use super::noise::Noise;
 use crate::choice::Choice;
 use crate::route::{LimitArgs, Machine, MachineError, SpeedArgs};
 
@@ -123,6 +123,19 @@ pub enum Effort {
     Standard,
     /// 15 minutes to hours, for a loss a few percent lower; all of the paper's steps with schedule paper.
     Long,
+}
+
+impl Effort {
+    /// Returns the divisor of the paper's number of steps at this effort of schedule paper.
+    #[must_use]
+    pub fn paper_step_divisor(self) -> usize {
+        match self {
+            Self::Brief => 500,
+            Self::Quick => 100,
+            Self::Standard => 10,
+            Self::Long => 1,
+        }
+    }
 }
 
 /// The parts of a recipe that are trained. Schedule prior trains all.

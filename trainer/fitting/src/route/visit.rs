@@ -64,7 +64,8 @@ impl Route {
     }
 
     /// Plans a route through all stops within milliseconds. The machine must be [valid](Machine::validate).
-    pub(crate) fn quick(machine: &Machine, stops: &[Stop], order: Order) -> Self {
+    #[must_use]
+    pub fn quick(machine: &Machine, stops: &[Stop], order: Order) -> Self {
         Self::plan(machine, stops, order, &search::QUICK, 0)
     }
 

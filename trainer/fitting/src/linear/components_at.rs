@@ -187,13 +187,29 @@ impl ComponentsAt {
 }
 
 /// Returns the sum of products, up to the length of the shorter list.
-pub(crate) fn dot(a: &[f32], b: &[f32]) -> f32 {
+pub fn dot(a: &[f32], b: &[f32]) -> f32 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// sum += factor * list, up to the length of the shorter list
-pub(crate) fn add_scaled(sum: &mut [f32], factor: f32, list: &[f32]) {
+pub fn add_scaled(sum: &mut [f32], factor: f32, list: &[f32]) {
     for (entry, value) in sum.iter_mut().zip(list) {
         *entry += factor * value;
     }
+}
+
+/// The largest ratio of a component's squared entries to its precision.
+const MAX_RATIO: f32 = 3e4;
+
+/// Raises the precisions that would make the system of order n too ill-conditioned for the device's f32. They hardly
+/// restrain their coefficients.
+#[must_use]
+pub fn bounded_precision(rows: &[f32], precision: &[f32]) -> Vec<f32> {
+    let mut bounded = precision.to_vec();
+    for row in rows.chunks_exact(precision.len().max(1)) {
+        for (precision, entry) in bounded.iter_mut().zip(row) {
+            *precision = precision.max(entry * entry / MAX_RATIO);
+        }
+    }
+    bounded
 }

@@ -1,0 +1,14 @@
+//! Components of materials at any directions: the posterior of readings, proposals of directions, and compact bases.
+
+mod compact;
+mod components_at;
+mod least_squares;
+mod material_basis;
+mod next;
+mod posterior;
+
+pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES, to_compact_bytes};
+pub use components_at::{AngleDual, ComponentsAt, add_scaled, bounded_precision, dot};
+pub use material_basis::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
+pub use next::{Candidates, Proposal};
+pub use posterior::{CoefficientPrior, LeftOut, Posterior, PosteriorReading, gain_without};
