@@ -3,7 +3,7 @@
 //!
 //! For the model Linear, the loss is that of the coefficients. For other models, a StartNet maps the coefficients to
 //! initial parameters, and the loss is that of the parameters after the [refinement]. Without a pattern, the coefficients
-//! are those of a ridge fit at [any directions](any_directions).
+//! are those of a ridge fit at any directions.
 
 mod any_directions;
 mod completed_tasks;
