@@ -7,7 +7,7 @@ use std::fs;
 
 use glimpse_core::checksum::crc_32;
 use glimpse_fitting::recipe::identity::RunIdentity;
-use glimpse_training::meta::checkpoint::Checkpoint;
+use glimpse_training::checkpoint::Checkpoint;
 
 use crate::support::{Folder, accepted};
 

@@ -1,11 +1,35 @@
-//! Meta-learning of BRDF sampling: the directions to measure at, and the method to fit the readings.
+//! Meta-learning of BRDF sampling: the directions to measure at, and the method to fit the readings. It ends with a recipe.
 //!
 //! Modules in order of dependency; each module imports only earlier ones:
 //!
 //! - [`linear`]: principal components of materials, for the model Linear
-//! - [`meta`]: meta-learning with the schedules `paper` and `prior`, and checkpoints
+//! - [`initialization`]: initial parameters
+//! - [`phase`]: what is trained, and the steps of a phase
+//! - [`pattern`]: patterns above the horizon and within limits
+//! - [`streams`]: random numbers of steps
+//! - [`tasks`]: simulated scans of materials
+//! - [`correction`]: coefficients that agree with their readings
+//! - [`scan_budget`]: patterns within a time of scanning
+//! - [`checkpoint`]: states of interrupted runs
+//! - [`outer`]: the loop over steps and phases
+//! - [`loss_predictor`]: the loss of a fit, predicted from its readings
+//! - `learned`: the result of a run
+//! - [`paper`]: the schedule of the paper
+//! - [`prior`]: the schedule that completes readings by a learned prior
 //! - [`run`]: a training, from materials to a recipe
 
+pub mod checkpoint;
+pub mod correction;
+pub mod initialization;
+mod learned;
 pub mod linear;
-pub mod meta;
+pub mod loss_predictor;
+pub mod outer;
+pub mod paper;
+pub mod pattern;
+pub mod phase;
+pub mod prior;
 pub mod run;
+pub mod scan_budget;
+pub mod streams;
+pub mod tasks;

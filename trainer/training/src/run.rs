@@ -6,14 +6,14 @@ use glimpse_fitting::recipe::sections::Arena;
 use glimpse_fitting::recipe::{Metadata, RecipeDefect, RecipeFile, Training};
 use glimpse_materials::{Material, SourceShare};
 
-use crate::meta::checkpoint::CheckpointError;
-use crate::meta::learned::Learned;
-use crate::meta::outer::{Checkpoints, Observer, RunError};
-use crate::meta::prior::loss_predictor::LossPredictor;
-use crate::meta::scan_budget::{Motion, ScanBudgetError};
-use crate::meta::{paper, prior};
+use crate::checkpoint::CheckpointError;
+use crate::learned::Learned;
+use crate::loss_predictor::LossPredictor;
+use crate::outer::{Checkpoints, Observer, RunError};
+use crate::scan_budget::{Motion, ScanBudgetError};
+use crate::{paper, prior};
 
-pub use crate::meta::paper::INNER_STEPS;
+pub use crate::paper::INNER_STEPS;
 
 /// The training ended without a result.
 #[derive(Debug, thiserror::Error)]

@@ -4,8 +4,8 @@ use glimpse_core::model::Sample;
 use glimpse_kernels::ModelKernels;
 use glimpse_materials::Material;
 use glimpse_optimizer::{Groups, Optimizer};
-use glimpse_training::meta::initialization::{initial_guess, random_initialization};
-use glimpse_training::meta::tasks::samples::SampledMaterial;
+use glimpse_training::initialization::{initial_guess, random_initialization};
+use glimpse_training::tasks::samples::SampledMaterial;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 

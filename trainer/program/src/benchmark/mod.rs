@@ -10,10 +10,10 @@ use glimpse_kernels::ModelKernels;
 use glimpse_kernels::inner_loop::InnerLoop;
 use glimpse_materials::sampling::sobol_valid;
 use glimpse_materials::{Material, Procedural};
-use glimpse_training::meta::initialization::initial_guess;
-use glimpse_training::meta::pattern::Pattern;
-use glimpse_training::meta::tasks::samples::{SampledMaterial, WeightedSamples};
+use glimpse_training::initialization::initial_guess;
+use glimpse_training::pattern::Pattern;
 use glimpse_training::run::INNER_STEPS;
+use glimpse_training::tasks::samples::{SampledMaterial, WeightedSamples};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 

@@ -5,7 +5,7 @@ use glimpse_evaluation::evaluation::{Estimate, Report, TargetReport, TrainingOve
 use glimpse_evaluation::metrics::METRICS;
 use glimpse_fitting::recipe::expected_loss::ValidatedLoss;
 use glimpse_fitting::recipe::{Metadata, MetadataError};
-use glimpse_training::meta::prior::loss_predictor::rank_correlation;
+use glimpse_training::loss_predictor::rank_correlation;
 use serde::Serialize;
 
 use super::expected_loss::expected_loss;

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use glimpse_fitting::recipe::options::TrainingOptions;
 use glimpse_materials::Material;
-use glimpse_training::meta::outer::Checkpoints;
+use glimpse_training::outer::Checkpoints;
 use glimpse_training::run::{TrainError, TrainedRecipe, train};
 use indicatif::{ProgressBar, ProgressStyle};
 

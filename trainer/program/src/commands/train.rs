@@ -11,8 +11,8 @@ use glimpse_fitting::recipe::options::{Schedule, TrainingOptions};
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::is_stream;
 use glimpse_materials::{Material, MaterialsAndShares, Source, SourceShare, Sources};
-use glimpse_training::meta::checkpoint::Checkpoint;
-use glimpse_training::meta::outer::Checkpoints;
+use glimpse_training::checkpoint::Checkpoint;
+use glimpse_training::outer::Checkpoints;
 use glimpse_training::run::{TrainedRecipe, check};
 
 use super::expected_loss::expected_loss;

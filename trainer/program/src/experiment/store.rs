@@ -25,7 +25,7 @@ use glimpse_materials::loss::DIRECTIONS;
 use glimpse_materials::sampling::{MeanBrdf, uniform_valid};
 use glimpse_materials::{Identity, Material, Source, SourceShare};
 use glimpse_training::linear::{Columns, min_condition_pattern, principal_components};
-use glimpse_training::meta::outer::Checkpoints;
+use glimpse_training::outer::Checkpoints;
 use glimpse_training::run::INNER_STEPS;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;

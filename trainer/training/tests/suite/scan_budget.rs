@@ -10,9 +10,9 @@ use glimpse_fitting::recipe::options::{Effort, Schedule, TrainingOptions};
 use glimpse_fitting::route::{
     LimitArgs, Machine, Order, Route, SpeedArgs, Stop, arms_in_degrees, stops,
 };
-use glimpse_training::meta::pattern::{Pattern, logits_from_reachable};
-use glimpse_training::meta::scan_budget::{Motion, ScanBudgetError};
+use glimpse_training::pattern::{Pattern, logits_from_reachable};
 use glimpse_training::run::train;
+use glimpse_training::scan_budget::{Motion, ScanBudgetError};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -131,7 +131,7 @@ fn faster_order_shortens_path_and_shortened_pattern_is_within_budget() {
     let motion = within(12.0);
     let mut logits: Vec<f32> = (0..36).map(|_| random.random_range(-2.0..2.0)).collect();
     let path = |logits: &[f32]| {
-        let angles = glimpse_training::meta::pattern::reachable_angles(logits, &limits);
+        let angles = glimpse_training::pattern::reachable_angles(logits, &limits);
         motion.path(&angles).seconds
     };
     let before = path(&logits);

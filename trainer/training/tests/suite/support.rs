@@ -7,9 +7,9 @@ use glimpse_core::model::{Model, Neural};
 use glimpse_gradcheck::parameters;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, NeuralBrdf, Procedural};
-use glimpse_training::meta::outer::OuterLoop;
-use glimpse_training::meta::phase::Values;
-use glimpse_training::meta::tasks::pool::WarpedPool;
+use glimpse_training::outer::OuterLoop;
+use glimpse_training::phase::Values;
+use glimpse_training::tasks::pool::WarpedPool;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 

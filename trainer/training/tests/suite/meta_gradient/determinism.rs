@@ -2,10 +2,10 @@
 
 use glimpse_core::model::ModelKind;
 use glimpse_kernels::ModelKernels;
-use glimpse_training::meta::paper::descent::DescentObjective;
-use glimpse_training::meta::paper::objective::{InnerSamples, LossSamples, PaperObjective};
-use glimpse_training::meta::phase::{OuterStep, Values};
-use glimpse_training::meta::streams::RandomStreams;
+use glimpse_training::paper::descent::DescentObjective;
+use glimpse_training::paper::objective::{InnerSamples, LossSamples, PaperObjective};
+use glimpse_training::phase::{OuterStep, Values};
+use glimpse_training::streams::RandomStreams;
 
 use crate::support::{assert_independent_of_threads, bits, pool, procedural};
 

@@ -7,11 +7,11 @@ use glimpse_kernels::inner_loop::InnerLoop;
 use glimpse_kernels::lanes::{InstructionSet, WIDTH};
 use glimpse_kernels::samples::SampleOctets;
 use glimpse_materials::sampling::sobol_valid;
-use glimpse_training::meta::initialization::initial_guess;
-use glimpse_training::meta::pattern::Pattern;
-use glimpse_training::meta::tasks::pool::WarpedPool;
-use glimpse_training::meta::tasks::samples::WeightedSamples;
-use glimpse_training::meta::tasks::task::Task;
+use glimpse_training::initialization::initial_guess;
+use glimpse_training::pattern::Pattern;
+use glimpse_training::tasks::pool::WarpedPool;
+use glimpse_training::tasks::samples::WeightedSamples;
+use glimpse_training::tasks::task::Task;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -7,8 +7,8 @@ use glimpse_core::gonio::Limits;
 use glimpse_core::model::SampleGradient;
 use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
 use glimpse_materials::sampling::sobol_valid;
-use glimpse_training::meta::pattern::{Pattern, angles_within, logits_from_angles};
-use glimpse_training::meta::tasks::samples::WeightedSamples;
+use glimpse_training::pattern::{Pattern, angles_within, logits_from_angles};
+use glimpse_training::tasks::samples::WeightedSamples;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -16,16 +16,16 @@ use glimpse_fitting::recipe::options::{Effort, Schedule, TrainingOptions};
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 use glimpse_kernels::scan::scan;
 use glimpse_materials::{Brdf, Procedural};
-use glimpse_training::meta::outer::{Checkpoints, OuterLoop, RunError};
-use glimpse_training::meta::pattern::Reach;
-use glimpse_training::meta::phase::{OuterStep, Phase, Values};
-use glimpse_training::meta::prior::dataset::{Dataset, Subset};
-use glimpse_training::meta::prior::objective::{PriorObjective, StepOptions};
-use glimpse_training::meta::prior::phases::phases;
-use glimpse_training::meta::prior::refinement::Refinement;
-use glimpse_training::meta::streams::RandomStreams;
-use glimpse_training::meta::tasks::task::{Dropout, MaterialGroup, ReadingOptions};
+use glimpse_training::outer::{Checkpoints, OuterLoop, RunError};
+use glimpse_training::pattern::Reach;
+use glimpse_training::phase::{OuterStep, Phase, Values};
+use glimpse_training::prior::dataset::{Dataset, Subset};
+use glimpse_training::prior::objective::{PriorObjective, StepOptions};
+use glimpse_training::prior::phases::phases;
+use glimpse_training::prior::refinement::Refinement;
 use glimpse_training::run::{TrainError, train};
+use glimpse_training::streams::RandomStreams;
+use glimpse_training::tasks::task::{Dropout, MaterialGroup, ReadingOptions};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::support::{

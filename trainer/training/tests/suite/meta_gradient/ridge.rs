@@ -7,11 +7,11 @@ use glimpse_fitting::recipe::options::TrainingOptions;
 use glimpse_materials::Material;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_training::linear::{Columns, principal_components};
-use glimpse_training::meta::paper::objective::{InnerSamples, LossSamples, PaperObjective};
-use glimpse_training::meta::paper::ridge::RidgeObjective;
-use glimpse_training::meta::pattern::{angles_above_horizon, logits_from_angles};
-use glimpse_training::meta::phase::{OuterStep, Values};
-use glimpse_training::meta::streams::RandomStreams;
+use glimpse_training::paper::objective::{InnerSamples, LossSamples, PaperObjective};
+use glimpse_training::paper::ridge::RidgeObjective;
+use glimpse_training::pattern::{angles_above_horizon, logits_from_angles};
+use glimpse_training::phase::{OuterStep, Values};
+use glimpse_training::streams::RandomStreams;
 
 use crate::support::{
     assert_gradient_matches_loss, assert_independent_of_threads, bits, procedural,

@@ -13,7 +13,6 @@ mod gradient;
 mod held_out;
 mod hyperparameters;
 mod initial_weights;
-pub mod loss_predictor;
 pub mod objective;
 pub mod phases;
 pub mod refinement;

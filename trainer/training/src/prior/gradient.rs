@@ -8,9 +8,9 @@ use super::completed_tasks::{CompletedTasks, Prepared, task_weight};
 use super::dataset::Directions;
 use super::hyperparameters::Hyperparameters;
 use super::refinement::{Refinement, RefinementGradient};
-use crate::meta::phase::Values;
-use crate::meta::tasks::samples::uniform_weight;
-use crate::meta::tasks::task::Task;
+use crate::phase::Values;
+use crate::tasks::samples::uniform_weight;
+use crate::tasks::task::Task;
 
 /// The terms of a task's loss.
 #[derive(Clone, Copy)]

@@ -2,7 +2,7 @@
 
 use glimpse_fitting::recipe::expected_loss::LossEstimate;
 
-use crate::meta::phase::{OuterStep, Values};
+use crate::phase::{OuterStep, Values};
 
 /// The samples of the inner loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,7 +28,7 @@ pub trait PaperObjective: Sync {
     fn initial_values(&self) -> Values;
 
     /// Returns the mean outer loss over a step's batch of tasks, and its gradient. The gradient includes the
-    /// [barrier](crate::meta::pattern::Pattern::barrier), the loss does not.
+    /// [barrier](crate::pattern::Pattern::barrier), the loss does not.
     fn gradient(
         &self,
         values: &Values,

@@ -19,13 +19,13 @@ use super::hyperparameters::Hyperparameters;
 use super::initial_weights::initial_weights;
 use super::refinement::Refinement;
 use super::sample_order::greedy_order;
-use crate::meta::initialization::initial_guess;
-use crate::meta::pattern::{Pattern, Reach};
-use crate::meta::phase::{OuterStep, Values, scaled_sum};
-use crate::meta::scan_budget::Motion;
-use crate::meta::streams::RandomStreams;
-use crate::meta::tasks::reading::Reading;
-use crate::meta::tasks::task::{Dropout, Task};
+use crate::initialization::initial_guess;
+use crate::pattern::{Pattern, Reach};
+use crate::phase::{OuterStep, Values, scaled_sum};
+use crate::scan_budget::Motion;
+use crate::streams::RandomStreams;
+use crate::tasks::reading::Reading;
+use crate::tasks::task::{Dropout, Task};
 
 /// The number of tasks that a thread processes together.
 const CHUNK: usize = 16;
@@ -260,7 +260,7 @@ impl<'a> PriorObjective<'a> {
     }
 
     /// Returns the weighted mean loss over a step's batch of tasks, and its gradient, which includes the
-    /// [barrier](crate::meta::pattern::Pattern::barrier).
+    /// [barrier](crate::pattern::Pattern::barrier).
     #[must_use]
     pub fn gradient(
         &self,

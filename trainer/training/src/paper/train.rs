@@ -18,13 +18,13 @@ use super::descent::DescentObjective;
 use super::objective::PaperObjective;
 use super::phases::phases;
 use super::ridge::RidgeObjective;
+use crate::learned::Learned;
 use crate::linear::{Columns, principal_components};
-use crate::meta::learned::Learned;
-use crate::meta::outer::{Checkpoints, Observer, OuterLoop, RunError};
-use crate::meta::pattern::angles_above_horizon;
-use crate::meta::phase::Values;
-use crate::meta::streams::RandomStreams;
-use crate::meta::tasks::pool::WarpedPool;
+use crate::outer::{Checkpoints, Observer, OuterLoop, RunError};
+use crate::pattern::angles_above_horizon;
+use crate::phase::Values;
+use crate::streams::RandomStreams;
+use crate::tasks::pool::WarpedPool;
 
 /// The number of SGD steps of the inner loop (paper: 20).
 pub const INNER_STEPS: usize = 20;

@@ -10,9 +10,9 @@ use glimpse_materials::{Material, Procedural};
 
 use super::virtual_readings::VirtualReadings;
 use crate::linear::{Columns, principal_components};
-use crate::meta::tasks::highlight_warp::HighlightWarp;
-use crate::meta::tasks::pool::WarpedPool;
-use crate::meta::tasks::task::{MaterialGroup, ReadingOptions};
+use crate::tasks::highlight_warp::HighlightWarp;
+use crate::tasks::pool::WarpedPool;
+use crate::tasks::task::{MaterialGroup, ReadingOptions};
 
 /// The number of training directions that are uniform, as in the loss, for each one that is distributed like those of a
 /// rendered sphere.

@@ -5,10 +5,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::dataset::{Dataset, Directions};
-use super::loss_predictor::{Evidence, HeldOutLoss, HeldOutOrigin};
 use super::objective::PriorObjective;
-use crate::meta::phase::Values;
-use crate::meta::tasks::task::{Dropout, MaterialGroup, Task};
+use crate::loss_predictor::{Evidence, HeldOutLoss, HeldOutOrigin};
+use crate::phase::Values;
+use crate::tasks::task::{Dropout, MaterialGroup, Task};
 
 /// The number of rough tasks per fold.
 const ROUGH_TASKS: usize = 1_024;

@@ -5,14 +5,14 @@ use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 
 use super::dataset::{Directions, Subset};
 use super::hyperparameters::Hyperparameters;
-use super::loss_predictor::Evidence;
 use super::refinement::{Refinement, RefinementInputs};
-use crate::meta::correction::{Corrected, Correction};
-use crate::meta::pattern::Pattern;
-use crate::meta::phase::Values;
-use crate::meta::tasks::reading::Reading;
-use crate::meta::tasks::samples::{WeightedSamples, uniform_weight};
-use crate::meta::tasks::task::Task;
+use crate::correction::{Corrected, Correction};
+use crate::loss_predictor::Evidence;
+use crate::pattern::Pattern;
+use crate::phase::Values;
+use crate::tasks::reading::Reading;
+use crate::tasks::samples::{WeightedSamples, uniform_weight};
+use crate::tasks::task::Task;
 
 /// The loss of a task, with its weight.
 #[derive(Clone, Copy)]

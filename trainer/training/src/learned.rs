@@ -5,7 +5,7 @@ use glimpse_core::recipe::Contents;
 use glimpse_fitting::recipe::expected_loss::ValidatedLoss;
 use glimpse_materials::Identity;
 
-use super::prior::loss_predictor::LossPredictor;
+use super::loss_predictor::LossPredictor;
 
 /// The result of a training run.
 pub(crate) struct Learned<'a> {

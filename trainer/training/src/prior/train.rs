@@ -17,13 +17,13 @@ use super::dataset::{Dataset, Subset};
 use super::folds::{FOLDS, Fold, folds};
 use super::held_out::{HeldOut, TrainedFold};
 use super::hyperparameters::Hyperparameters;
-use super::loss_predictor::{HeldOutLoss, LossPredictor};
 use super::objective::{COMPONENTS, PriorObjective};
 use super::phases;
-use crate::meta::learned::Learned;
-use crate::meta::outer::{Checkpoints, Observer, OuterLoop, PathOfSamples, Progress, RunError};
-use crate::meta::phase::{Phase, Values};
-use crate::meta::tasks::reading::LOG_SCALE;
+use crate::learned::Learned;
+use crate::loss_predictor::{HeldOutLoss, LossPredictor};
+use crate::outer::{Checkpoints, Observer, OuterLoop, PathOfSamples, Progress, RunError};
+use crate::phase::{Phase, Values};
+use crate::tasks::reading::LOG_SCALE;
 
 /// The number of components of the correction, K, for the model Linear with more samples than a device fits.
 const MAX_CORRECTED_COMPONENTS: usize = 120;

@@ -5,8 +5,8 @@ use glimpse_fitting::recipe::options::Effort;
 use glimpse_optimizer::Groups;
 
 use super::objective::{OUTER_SAMPLES, PriorObjective, RANDOM_TASKS, StepOptions};
-use crate::meta::phase::{Gradient, Phase, Selection, Start};
-use crate::meta::tasks::task::Dropout;
+use crate::phase::{Gradient, Phase, Selection, Start};
+use crate::tasks::task::Dropout;
 
 /// The step counts of an effort.
 struct Steps {

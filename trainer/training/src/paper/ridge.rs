@@ -13,15 +13,15 @@ use glimpse_optimizer::Groups;
 use rayon::prelude::*;
 
 use super::objective::{LossSamples, PaperObjective};
+use crate::correction::Correction;
 use crate::linear::{Columns, principal_components};
-use crate::meta::correction::Correction;
-use crate::meta::pattern::{Pattern, angles_above_horizon};
-use crate::meta::phase::{OuterStep, Values, scaled_sum};
-use crate::meta::streams::RandomStreams;
-use crate::meta::tasks::pool::WarpedPool;
-use crate::meta::tasks::reading::Reading;
-use crate::meta::tasks::samples::uniform_weight;
-use crate::meta::tasks::task::Task;
+use crate::pattern::{Pattern, angles_above_horizon};
+use crate::phase::{OuterStep, Values, scaled_sum};
+use crate::streams::RandomStreams;
+use crate::tasks::pool::WarpedPool;
+use crate::tasks::reading::Reading;
+use crate::tasks::samples::uniform_weight;
+use crate::tasks::task::Task;
 
 /// The number of folds.
 const FOLDS: usize = 5;

@@ -12,13 +12,13 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::objective::{InnerSamples, LossSamples, PaperObjective};
-use crate::meta::initialization::random_initialization;
-use crate::meta::pattern::{Pattern, angles_above_horizon};
-use crate::meta::phase::{OuterStep, Values, scaled_sum};
-use crate::meta::streams::RandomStreams;
-use crate::meta::tasks::pool::WarpedPool;
-use crate::meta::tasks::samples::WeightedSamples;
-use crate::meta::tasks::task::Task;
+use crate::initialization::random_initialization;
+use crate::pattern::{Pattern, angles_above_horizon};
+use crate::phase::{OuterStep, Values, scaled_sum};
+use crate::streams::RandomStreams;
+use crate::tasks::pool::WarpedPool;
+use crate::tasks::samples::WeightedSamples;
+use crate::tasks::task::Task;
 
 /// The initial step size of all parameters.
 const INITIAL_STEP_SIZE: f32 = 1e-3;

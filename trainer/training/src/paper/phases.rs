@@ -7,8 +7,8 @@ use glimpse_optimizer::Groups;
 use rayon::prelude::*;
 
 use super::objective::{InnerSamples, LossSamples, PaperObjective};
-use crate::meta::pattern::{Pattern, logits_from_angles};
-use crate::meta::phase::{OuterStep, Phase, Selection, Start, Values};
+use crate::pattern::{Pattern, logits_from_angles};
+use crate::phase::{OuterStep, Phase, Selection, Start, Values};
 
 /// The number of random patterns of one sample; the best one starts stage 2.
 const RANDOM_PATTERNS: usize = 50;

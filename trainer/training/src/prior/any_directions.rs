@@ -18,11 +18,11 @@ use rand_chacha::ChaCha8Rng;
 use super::dataset::{Dataset, Subset};
 use super::objective::PriorObjective;
 use super::phases;
+use crate::learned::Learned;
 use crate::linear::GaussianPrior;
-use crate::meta::learned::Learned;
-use crate::meta::outer::{Checkpoints, Observer, OuterLoop, Progress, RunError};
-use crate::meta::tasks::material::TaskMaterial;
-use crate::meta::tasks::task::{Dropout, Task};
+use crate::outer::{Checkpoints, Observer, OuterLoop, Progress, RunError};
+use crate::tasks::material::TaskMaterial;
+use crate::tasks::task::{Dropout, Task};
 
 /// The number of tasks. With other random ones, the loss on other materials changes by up to 10 %.
 const TASKS: usize = 256;

@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::pool::{FIELD_TERMS, WarpedPool};
 use super::samples::WeightedSamples;
-use crate::meta::initialization::standard_normal;
+use crate::initialization::standard_normal;
 
 /// The readings of tasks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

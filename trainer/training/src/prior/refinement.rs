@@ -12,9 +12,9 @@ use rand_chacha::ChaCha8Rng;
 
 use super::hyperparameters::StepParameters;
 use super::virtual_readings::VirtualReadings;
-use crate::meta::initialization::initial_guess;
-use crate::meta::phase::Values;
-use crate::meta::tasks::samples::WeightedSamples;
+use crate::initialization::initial_guess;
+use crate::phase::Values;
+use crate::tasks::samples::WeightedSamples;
 
 /// The number of Gauss-Newton steps.
 const STEPS: usize = 2;

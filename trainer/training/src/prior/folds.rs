@@ -5,7 +5,7 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::loss_predictor::HeldOutOrigin;
+use crate::loss_predictor::HeldOutOrigin;
 
 /// The number of folds.
 pub(super) const FOLDS: usize = 4;
