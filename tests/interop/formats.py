@@ -121,34 +121,30 @@ def compare_with_mitsuba(trainer, name, count=20_000):
 
 
 def compare_picture_errors(trainer):
-    """Compares picture errors by scikit-image with those of the trainer, for pairs of spheres in a PNG file."""
+    """Compares picture errors by scikit-image with those of the trainer, for spheres in a PNG file."""
     import numpy as np
     from skimage.color import deltaE_ciede2000, rgb2lab
     from skimage.io import imread
     from skimage.metrics import mean_squared_error, peak_signal_noise_ratio, structural_similarity
 
-    run(trainer, "recipes", "get", "neural-n8")
-    source = "procedural:3:9"
-    evaluated = json.loads(run(trainer, "evaluate", "--recipe", "neural-n8.recipe", "--test", source, "--json"))
-    for side in (128, 256):
-        report = json.loads(run(trainer, "render", "sphere", source, "--recipe", "neural-n8.recipe", "--size", side,
-                                "--columns", 1, "--out", "pairs.png", "--force", "--json"))
-        sheet = imread("pairs.png")[..., :3]
-        centers = np.arange(side) + 0.5 - side / 2
-        disc = np.hypot(*np.meshgrid(centers, centers)) <= 0.48 * side
-        for index, (sphere, material) in enumerate(zip(report["spheres"], evaluated["materials"], strict=True)):
-            top = index * (side + 4)
-            left, right = sheet[top:top + side, :side], sheet[top:top + side, side:2 * side]
-            expected = (
-                (1 - structural_similarity(left, right, channel_axis=2)) / 2,
-                mean_squared_error(left / 255, right / 255),
-                peak_signal_noise_ratio(left, right),
-                deltaE_ciede2000(rgb2lab(left), rgb2lab(right))[disc].mean(),
-            )
-            print(f"{material['name']} at {side} pixels: DSSIM, L2, PSNR, delta E {np.round(expected, 5)}")
-            for report_of in [sphere["scan"], material] if side == 128 else [sphere["scan"]]:
-                reported = [report_of[name] for name in ("dssim", "l2", "psnr", "delta_e")]
-                assert np.allclose(reported, expected, rtol=0, atol=(1e-9, 1e-9, 1e-6, 1e-4)), (reported, expected)
+    materials, side = "procedural:3:9", 128
+    compared = json.loads(run(trainer, "compare", "procedural:1:9", materials, "--json"))["materials"]
+    run(trainer, "render", "sphere", materials, "--size", side, "--columns", 1, "--out", "spheres.png")
+    sheet = imread("spheres.png")[..., :3]
+    spheres = [sheet[top:top + side, :side] for top in range(0, 3 * side, side + 4)]
+    centers = np.arange(side) + 0.5 - side / 2
+    disc = np.hypot(*np.meshgrid(centers, centers)) <= 0.48 * side
+    # The first material is the reference.
+    for sphere, material in zip(spheres[1:], compared[1:], strict=True):
+        expected = (
+            (1 - structural_similarity(spheres[0], sphere, channel_axis=2)) / 2,
+            mean_squared_error(spheres[0] / 255, sphere / 255),
+            peak_signal_noise_ratio(spheres[0], sphere),
+            deltaE_ciede2000(rgb2lab(spheres[0]), rgb2lab(sphere))[disc].mean(),
+        )
+        print(f"{material['material']}: DSSIM, L2, PSNR, delta E {np.round(expected, 5)}")
+        reported = [material[name] for name in ("dssim", "l2", "psnr", "delta_e")]
+        assert np.allclose(reported, expected, rtol=0, atol=(1e-9, 1e-9, 1e-6, 1e-4)), (reported, expected)
 
 
 def integral(of_outgoing, mi, wi, steps=200):

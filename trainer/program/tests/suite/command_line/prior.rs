@@ -11,7 +11,10 @@ use crate::common::assert_names;
 #[test]
 fn trains_inspects_exports_and_evaluates_prior_recipes() {
     let folder = Folder::new();
-    for (model, list, length) in [("linear", "/basis", 3), ("phong", "/start/output", 7)] {
+    for (model, list, length) in [
+        ("linear", "/ridge/rows", 3 * 24),
+        ("phong", "/start/output", 32 * 7),
+    ] {
         let recipe = format!("{model}.recipe");
         folder.succeed(&format!(
             "train --model {model} --samples 3 --effort brief --data procedural:9:1 \
@@ -21,7 +24,7 @@ fn trains_inspects_exports_and_evaluates_prior_recipes() {
 
         let printed = folder.succeed(&format!("inspect {recipe}"));
         let figures = [
-            "3", "24", "0.5", "0.02", "0.01", "4096", "0.4", "70.0", "90.0", "10.0", "12", "0.200",
+            "3", "24", "0.5", "0.02", "0.01", "4096", "70.0", "90.0", "10.0", "12", "0.200",
             "0.800",
         ];
         assert_names(&printed, &figures);
@@ -34,10 +37,9 @@ fn trains_inspects_exports_and_evaluates_prior_recipes() {
         };
         let value = folder.read_json(&export("json"));
         for (list, length) in [
-            ("/completion/readings", 3),
-            ("/completion/readings/0/missing", 88),
-            ("/completion/output", 24),
-            ("/prediction", 25),
+            ("/net/readings", 9 * 88),
+            ("/net/output_scales", 24),
+            ("/prediction/weights", 25),
             (list, length),
         ] {
             let array = value.pointer(list).and_then(Value::as_array);
