@@ -1,14 +1,12 @@
 //! `trainer virtual-scanner`
 
-use std::fs;
 use std::net::{SocketAddr, TcpListener, TcpStream};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_core::scan::Evidence;
-use glimpse_fitting::measurement::{AngleArgs, AngleTable};
 use glimpse_fitting::scanner::{self, ScanReport, ScannerError, ScannerNoise};
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{FittedMaterial, Material, Source};
@@ -27,20 +25,13 @@ use super::{load_single, print, read_recipe};
 /// Without --material, the command is the host of a device that moves its own arms: it prints and
 /// writes what the device has fitted.
 ///
-/// With --sheet, the scanner fills in a sheet instead, so that `trainer next` can lead a scan.
-///
-/// Example: trainer next --blank scan.csv --count 4
-///          trainer virtual-scanner --material gold.binary --sheet scan.csv --noise 0.01
-///          trainer next --measurements scan.csv --blank scan.csv       # and again
+/// Example: trainer virtual-scanner --material gold.binary --noise 0.01 --once --out gold-fit.json
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct VirtualScanner {
     /// Material to measure: a source with a single material [default: the device measures]
     #[arg(long, value_name = "SOURCE")]
     material: Option<Source>,
-    /// Fill in the rows without readings of a sheet of `trainer next` or `trainer plan`, and exit
-    #[arg(long, value_name = "FILE.csv", requires = "material", conflicts_with_all = ["listen", "recipe", "once", "out"])]
-    sheet: Option<PathBuf>,
     /// TCP address that the device's serial link connects to
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878")]
     listen: SocketAddr,
@@ -94,9 +85,6 @@ impl VirtualScanner {
             Some(material) => scanner::VirtualScanner::new(material, noise),
             None => scanner::VirtualScanner::listener(),
         };
-        if let Some(path) = &self.sheet {
-            return fill_in(path, &scanner);
-        }
         let mut basis = None;
         if let Some(path) = &self.recipe {
             let named = read_recipe(path)?;
@@ -200,36 +188,4 @@ impl VirtualScanner {
             write_file(path, bytes, FittedMaterial::is_json_file(path))
         })
     }
-}
-
-/// Fills in the rows of a sheet that have no reading.
-fn fill_in(path: &Path, scanner: &scanner::VirtualScanner<'_>) -> anyhow::Result<()> {
-    let table = AngleTable::read(path, &AngleArgs::default())?;
-    let sheet =
-        fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let lines: Vec<&str> = sheet.lines().collect();
-    ensure!(
-        lines[0].ends_with(",r,g,b") && lines.len() == table.rows.len() + 1,
-        "--sheet {}: give a sheet of `trainer next --blank` or `trainer plan --blank`",
-        path.display()
-    );
-    let mut text = format!("{}\n", lines[0]);
-    for (index, (line, row)) in lines[1..].iter().zip(&table.rows).enumerate() {
-        text += &match line.strip_suffix(",,,") {
-            None => format!("{line}\n"),
-            Some(blank) => {
-                let at = || format!("{}, line {}", path.display(), index + 2);
-                let angles = row.angles.context("a direction is not above the horizon");
-                let angles = angles.with_context(at)?;
-                let index = u16::try_from(index).ok().with_context(|| {
-                    let path = path.display();
-                    format!("--sheet {path}: it has more than 65536 rows; split it")
-                })?;
-                let reading = scanner.read(index, angles);
-                let [r, g, b] = reading.context("no material")?.brdf;
-                format!("{blank},{r},{g},{b}\n")
-            }
-        };
-    }
-    write_file(path, text.as_bytes(), true)
 }
