@@ -7,7 +7,6 @@ use glimpse_core::fit::Estimator;
 use glimpse_core::recipe::Recipe;
 use glimpse_fitting::export::to_json;
 use glimpse_fitting::measurement::NamedRecipe;
-use glimpse_fitting::recipe::Noise;
 use glimpse_fitting::recipe::options::TrainingOptions;
 use glimpse_fitting::recipe::{Metadata, MetadataError};
 use glimpse_fitting::route::{Order, Route, arms_in_degrees};
@@ -141,10 +140,6 @@ fn describe_metadata(recipe: &Recipe<'_>, metadata: &Metadata) -> Result<String,
                 _ => describe_scan(recipe, metadata),
             },
         ),
-        (
-            "noise",
-            metadata.noise().map_or_else(unstated, describe_noise),
-        ),
     ];
     match &metadata.training {
         None => lines.push(("trained on", unstated())),
@@ -191,24 +186,16 @@ fn describe_options(options: &TrainingOptions) -> String {
     texts.collect::<Vec<_>>().join(", ")
 }
 
-fn describe_noise(noise: Noise) -> String {
-    let levels = match noise.levels {
-        0 => String::new(),
-        levels => format!(", {levels} levels"),
-    };
-    format!(
-        "{} of the value and {} sr^-1 (standard deviations){levels}",
-        noise.multiplicative, noise.additive
-    )
-}
-
 fn describe_materials(materials: &[Identity]) -> String {
-    let count = materials.len();
-    let names = materials.iter().take(MAX_NAMES);
-    let names: Vec<&str> = names.map(|each| &each.name[..]).collect();
-    match count {
-        0 => "not named".to_owned(),
-        _ if count > MAX_NAMES => format!("{count}: {}, ...", names.join(", ")),
-        _ => format!("{count}: {}", names.join(", ")),
+    if materials.is_empty() {
+        return "not named".to_owned();
     }
+    let names = materials.iter().take(MAX_NAMES);
+    let names: Vec<&str> = names.map(|material| &material.name[..]).collect();
+    let more = if materials.len() > MAX_NAMES {
+        ", ..."
+    } else {
+        ""
+    };
+    format!("{}: {}{more}", materials.len(), names.join(", "))
 }

@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_core::model::ModelKind;
 use glimpse_fitting::recipe::RecipeFile;
 use glimpse_fitting::recipe::options::{Schedule, TrainingOptions};
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::is_stream;
-use glimpse_materials::{Material, MaterialsAndShares, Source, SourceShare, Sources};
+use glimpse_materials::{Material, Source, Sources};
 use glimpse_training::checkpoint::Checkpoint;
 use glimpse_training::outer::Checkpoints;
 use glimpse_training::run::{TrainedRecipe, check};
@@ -72,35 +72,6 @@ impl Train {
             "{} is not a regular file, and has no place for a checkpoint: give a file as --out",
             self.out.display()
         );
-        let run = self.training_run(seed)?;
-        let _lock = run.lock()?;
-        let (materials, source_shares) = load_all(&run.sources)?;
-        let trained = run.is_trained(&source_shares);
-        let trained = run.refuse_overwrite(trained, self.resume, self.force)?;
-        if self.resume && !Checkpoint::exists_in(&run.checkpoint) {
-            if trained {
-                Checkpoint::remove(&run.checkpoint);
-                eprintln!("{} is already trained", self.out.display());
-                return Ok(());
-            }
-            eprintln!(
-                "no checkpoint in {}: starting from the beginning",
-                run.checkpoint.display()
-            );
-        }
-        let begin = Instant::now();
-        let trained = run.train((materials, source_shares), self.resume)?;
-        let expected_loss = expected_loss(&trained.recipe())?;
-        eprintln!(
-            "trained in {:.0} s; expected loss {}",
-            begin.elapsed().as_secs_f64(),
-            expected_loss.unwrap_or_else(|| "not stated".into()),
-        );
-        Ok(())
-    }
-
-    /// Returns the training, with valid options.
-    fn training_run(&self, seed: u64) -> anyhow::Result<TrainingRun> {
         let mut options = TrainingOptions {
             seed,
             ..self.options.clone()
@@ -109,113 +80,40 @@ impl Train {
             options.pattern = read_directions(path).context("--pattern names a file")?;
         }
         check(&options)?;
+        let sources = Sources::new(self.data.clone(), &options.share)?;
+        let _lock = Lock::of_path(&self.out)?;
+        let (materials, source_shares) = load_all(&sources)?;
+        options.source_shares = source_shares;
         let mut checkpoint = self.out.clone().into_os_string();
         checkpoint.push(".checkpoint");
-        Ok(TrainingRun {
-            sources: Sources::new(self.data.clone(), &options.share)?,
-            options,
-            checkpoint: checkpoint.into(),
-            out: self.out.clone(),
-        })
-    }
-}
-
-/// The training of one recipe.
-struct TrainingRun {
-    options: TrainingOptions,
-    sources: Sources,
-    out: PathBuf,
-    checkpoint: PathBuf,
-}
-
-impl TrainingRun {
-    /// Locks the recipe and its checkpoint.
-    fn lock(&self) -> anyhow::Result<Lock> {
-        Lock::of_path(&self.out)
-    }
-
-    /// Refuses to replace a recipe, a basis or an unfinished run, unless `force` is set. Takes and returns the result of
-    /// [`Self::is_trained`].
-    fn refuse_overwrite(
-        &self,
-        trained: anyhow::Result<bool>,
-        resume: bool,
-        force: bool,
-    ) -> anyhow::Result<bool> {
-        if force {
-            return Ok(trained.unwrap_or_default());
-        }
-        let trained = trained?;
-        let unfinished = Checkpoint::exists_in(&self.checkpoint);
-        let basis = Basis::path_for(&self.out);
-        match trained {
-            _ if unfinished && !resume => bail!(
-                "{} holds an unfinished run: give --resume to continue it, or --force to discard it",
-                self.checkpoint.display()
-            ),
-            // With a checkpoint, the basis is that of the unfinished run.
-            false if self.has_basis() && basis.exists() && !unfinished => bail!(
-                "{} exists without its recipe {}, and may belong to another recipe: give --force to \
-                 replace it, or another --out",
-                basis.display(),
-                self.out.display()
-            ),
-            _ => Ok(trained),
-        }
-    }
-
-    /// Returns true if the recipe has a basis, as a file next to it.
-    fn has_basis(&self) -> bool {
-        self.options.model == ModelKind::Linear || self.options.samples == 0
-    }
-
-    /// Returns true if the recipe is already trained on materials of these sources.
-    ///
-    /// # Errors
-    /// If another file has the recipe's path.
-    fn is_trained(&self, source_shares: &[SourceShare]) -> anyhow::Result<bool> {
-        if !self.out.exists() {
-            return Ok(false);
-        }
-        let out = self.out.display();
-        let remedy = "give --force to replace it, or another --out";
-        let file =
-            RecipeFile::read(&self.out).with_context(|| format!("{out} exists: {remedy}"))?;
-        let options = TrainingOptions {
-            source_shares: source_shares.to_vec(),
-            ..self.options.clone()
+        let checkpoints = Checkpoints {
+            directory: checkpoint.into(),
+            resume: self.resume,
         };
-        let trained = file.metadata().options();
-        ensure!(
-            trained.map(|trained| trained.identity(&[])) == Some(options.identity(&[])),
-            "{out} was trained with other options or materials: {remedy}"
-        );
-        let basis = Basis::path_for(&self.out);
-        ensure!(
-            !self.has_basis() || basis.exists(),
-            "{out} has no basis file {}: {remedy}",
-            basis.display()
-        );
-        Ok(true)
-    }
-
-    /// Trains the recipe and writes it. Replaces existing files. Prints the sources of the training tasks, and the results of
-    /// cross-validation.
-    fn train(
-        &self,
-        (materials, source_shares): MaterialsAndShares,
-        resume: bool,
-    ) -> anyhow::Result<RecipeFile> {
+        let is_unfinished = Checkpoint::exists_in(&checkpoints.directory);
+        let is_trained = self.is_trained(&options);
+        let is_trained = if self.force {
+            is_trained.unwrap_or_default()
+        } else {
+            is_trained?
+        };
+        if !self.force {
+            self.refuse_overwrite(&options, &checkpoints, is_trained)?;
+        }
+        if self.resume && !is_unfinished {
+            if is_trained {
+                Checkpoint::remove(&checkpoints.directory);
+                eprintln!("{} is already trained", self.out.display());
+                return Ok(());
+            }
+            eprintln!(
+                "no checkpoint in {}: starting from the beginning",
+                checkpoints.directory.display()
+            );
+        }
         // An unwritable output is reported before training, not after hours of it.
         check_out(&self.out)?;
-        let options = TrainingOptions {
-            source_shares,
-            ..self.options.clone()
-        };
-        let checkpoints = Checkpoints {
-            directory: self.checkpoint.clone(),
-            resume,
-        };
+        let begin = Instant::now();
         if options.schedule == Schedule::Prior {
             let shares = options.sources().into_iter().map(|source| {
                 let (share, label) = (100.0 * source.share, source.label);
@@ -226,32 +124,93 @@ impl TrainingRun {
             });
             eprintln!("training tasks: {}", shares.collect::<Vec<_>>().join(", "));
         }
-        let trained = train_to_file(
-            &options,
-            materials,
-            &checkpoints,
-            &self.sources.label(),
-            &self.out,
-        )?;
-        if let Some(predictor) = &trained.loss_predictor {
-            let losses = options.source_shares.iter().zip(&predictor.source_losses);
-            for (source, estimate) in losses {
-                let error = estimate.standard_error.map_or(String::new(), |error| {
-                    format!(" (standard error {error:.4})")
-                });
-                eprintln!(
-                    "expected loss on {}: {:.4}{error}, {} materials",
-                    source.label, estimate.loss, estimate.materials
-                );
-            }
-            if let Some(correlation) = predictor.rank_correlation {
-                eprintln!(
-                    "loss prediction: rank correlation {correlation:.2} between predicted and true losses in \
-                     cross-validation"
-                );
-            }
+        let label = sources.label();
+        let trained = train_to_file(&options, materials, &checkpoints, &label, &self.out)?;
+        print_validation(&options, &trained);
+        let expected_loss = expected_loss(&trained.file.recipe())?;
+        eprintln!(
+            "trained in {:.0} s; expected loss {}",
+            begin.elapsed().as_secs_f64(),
+            expected_loss.unwrap_or_else(|| "not stated".into()),
+        );
+        Ok(())
+    }
+
+    /// Refuses to replace an unfinished run, or a basis without its recipe.
+    fn refuse_overwrite(
+        &self,
+        options: &TrainingOptions,
+        checkpoints: &Checkpoints,
+        is_trained: bool,
+    ) -> anyhow::Result<()> {
+        let is_unfinished = Checkpoint::exists_in(&checkpoints.directory);
+        ensure!(
+            self.resume || !is_unfinished,
+            "{} holds an unfinished run: give --resume to continue it, or --force to discard it",
+            checkpoints.directory.display()
+        );
+        let basis = Basis::path_for(&self.out);
+        // With a checkpoint, the basis is that of the unfinished run.
+        ensure!(
+            is_trained || is_unfinished || !has_basis(options) || !basis.exists(),
+            "{} exists without its recipe {}, and may belong to another recipe: give --force to replace it, or another --out",
+            basis.display(),
+            self.out.display()
+        );
+        Ok(())
+    }
+
+    /// Returns true if the recipe is already trained with these options.
+    ///
+    /// # Errors
+    /// If another file has the recipe's path.
+    fn is_trained(&self, options: &TrainingOptions) -> anyhow::Result<bool> {
+        if !self.out.exists() {
+            return Ok(false);
         }
-        Ok(trained.file)
+        let out = self.out.display();
+        let remedy = "give --force to replace it, or another --out";
+        let file =
+            RecipeFile::read(&self.out).with_context(|| format!("{out} exists: {remedy}"))?;
+        let trained = file.metadata().options();
+        ensure!(
+            trained.map(|trained| trained.identity(&[])) == Some(options.identity(&[])),
+            "{out} was trained with other options or materials: {remedy}"
+        );
+        let basis = Basis::path_for(&self.out);
+        ensure!(
+            !has_basis(options) || basis.exists(),
+            "{out} has no basis file {}: {remedy}",
+            basis.display()
+        );
+        Ok(true)
+    }
+}
+
+/// Returns true if the recipe has a basis, as a file next to it.
+fn has_basis(options: &TrainingOptions) -> bool {
+    options.model == ModelKind::Linear || options.samples == 0
+}
+
+/// Prints the results of cross-validation.
+fn print_validation(options: &TrainingOptions, trained: &TrainedRecipe) {
+    let Some(predictor) = &trained.loss_predictor else {
+        return;
+    };
+    let losses = options.source_shares.iter().zip(&predictor.source_losses);
+    for (source, estimate) in losses {
+        let error = estimate.standard_error.map_or(String::new(), |error| {
+            format!(" (standard error {error:.4})")
+        });
+        eprintln!(
+            "expected loss on {}: {:.4}{error}, {} materials",
+            source.label, estimate.loss, estimate.materials
+        );
+    }
+    if let Some(correlation) = predictor.rank_correlation {
+        eprintln!(
+            "loss prediction: rank correlation {correlation:.2} between predicted and true losses in cross-validation"
+        );
     }
 }
 
