@@ -4,11 +4,11 @@
 //! compiles while the libraries below it are still being optimized.
 //!
 //! - `report`: tables, plots, pages
-//! - [`benchmark`]: timing of the computations that dominate training
+//! - `benchmark`: timing of the computations that dominate training
 //! - `experiment`: the paper's tables and figures
 //! - `commands`: one file per subcommand
 
-pub mod benchmark;
+mod benchmark;
 mod commands;
 mod experiment;
 mod report;

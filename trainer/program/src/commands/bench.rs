@@ -4,13 +4,15 @@ use anyhow::ensure;
 use clap::Args;
 use glimpse_core::model::ModelKind;
 use glimpse_fitting::recipe::options::model_parser;
+use glimpse_kernels::ModelKernels;
 use glimpse_kernels::lanes::InstructionSet;
+use glimpse_kernels::peak::peak;
 use serde::Serialize;
 
 use super::progress::StepProgress;
 use super::{emit, numbers};
-use crate::benchmark::{Workload, peak};
-use crate::report::{Column, Table};
+use crate::benchmark::WORKS;
+use crate::report::Table;
 
 /// Time the computations of meta-learning, and compare them with this machine's peak.
 ///
@@ -57,65 +59,60 @@ impl Bench {
         );
         // On a thread of the pool, like training.
         let lines = rayon::scope(|_| self.measure());
-        emit(self.json, &lines, || table(&lines).to_markdown())
+        let table = Table::of_records("", &COLUMNS, &lines)?;
+        emit(self.json, &lines, || table.to_markdown())
     }
 
     fn measure(&self) -> Vec<Line> {
-        let workload = Workload::default();
-        let mut items = workload.items(self.model);
-        let progress = StepProgress::new("timing", 2 + items.len());
-        let threads = |is_parallel| match is_parallel {
-            true => rayon::current_num_threads(),
-            false => 1,
+        let models = [ModelKind::Neural, ModelKind::Phong, ModelKind::CookTorrance];
+        let models = models.into_iter();
+        let models = models.filter(|model| self.model.is_none_or(|only| only == *model));
+        let works = models.filter_map(ModelKernels::of);
+        let works: Vec<_> = works
+            .flat_map(|kernels| WORKS.map(|work| (kernels, work)))
+            .collect();
+        let progress = StepProgress::new("timing", 2 + works.len());
+        let threads = |is_parallel| {
+            if is_parallel {
+                rayon::current_num_threads()
+            } else {
+                1
+            }
         };
         let peaks = [false, true].map(|is_parallel| {
             let gflops = peak(is_parallel, 0.5 * self.seconds);
             progress.increment();
             gflops
         });
-        let mut lines = Vec::new();
-        for is_parallel in [false, true] {
-            lines.push(Line {
-                name: format!("peak of {}", InstructionSet::detect().name()),
-                threads: threads(is_parallel),
-                median_ms: None,
-                gflops: Some(peaks[usize::from(is_parallel)]),
-                share_of_peak: None,
-            });
-        }
-        for item in &mut items {
-            let seconds = item.measure(self.seconds);
+        let lines_of_peaks = [false, true].map(|is_parallel| Line {
+            name: format!("peak of {}", InstructionSet::detect().name()),
+            threads: threads(is_parallel),
+            median_ms: None,
+            gflops: Some(peaks[usize::from(is_parallel)]),
+            share_of_peak: None,
+        });
+        let lines = works.into_iter().map(|(kernels, work)| {
+            let seconds = work.measure(kernels, self.seconds);
             progress.increment();
-            let count = item.multiply_accumulates;
+            let count = work.multiply_accumulates(kernels.model);
             let gflops = count.map(|count| 2e-9 * count as f64 / seconds);
-            lines.push(Line {
-                name: format!("{}: {}", item.model, item.work),
-                threads: threads(item.is_parallel),
+            Line {
+                name: format!("{}: {}", kernels.model, work.name),
+                threads: threads(work.is_parallel),
                 median_ms: Some(1e3 * seconds),
                 gflops,
-                share_of_peak: gflops.map(|gflops| gflops / peaks[usize::from(item.is_parallel)]),
-            });
-        }
-        lines
+                share_of_peak: gflops.map(|gflops| gflops / peaks[usize::from(work.is_parallel)]),
+            }
+        });
+        lines_of_peaks.into_iter().chain(lines).collect()
     }
 }
 
-fn table(lines: &[Line]) -> Table {
-    let columns = [
-        Column::text(""),
-        Column::plain("threads", 0),
-        Column::plain("median ms", 4),
-        Column::plain("GFLOP/s", 1),
-        Column::plain("% of peak", 0),
-    ];
-    let row = |line: &Line| {
-        vec![
-            line.name[..].into(),
-            line.threads.into(),
-            line.median_ms.into(),
-            line.gflops.into(),
-            line.share_of_peak.map(|share| 100.0 * share).into(),
-        ]
-    };
-    Table::new("", columns, lines.iter().map(row))
-}
+/// The columns of the table.
+const COLUMNS: [(&str, &str, usize); 5] = [
+    ("", "/name", 0),
+    ("threads", "/threads", 0),
+    ("median ms", "/median_ms", 4),
+    ("GFLOP/s", "/gflops", 1),
+    ("share of peak", "/share_of_peak", 2),
+];

@@ -67,24 +67,16 @@ mod tests {
 
     #[test]
     fn caution_about_built_in_materials_and_bundled_recipes() {
-        let is_built_in = |origins: &[Origin]| {
+        let source = |origin| SourceShare {
             // The label must not matter, only the origin.
-            let sources: Vec<SourceShare> = origins
-                .iter()
-                .map(|origin| SourceShare {
-                    label: "procedural:400".to_owned(),
-                    origin: *origin,
-                    materials: 1,
-                    share: 0.5,
-                })
-                .collect();
-            is_built_in(&sources)
+            label: "procedural:400".to_owned(),
+            origin,
+            materials: 1,
+            share: 0.5,
         };
-        assert!(is_built_in(&[Origin::BuiltIn]));
-        assert!(is_built_in(&[Origin::BuiltIn, Origin::BuiltIn]));
-        assert!(!is_built_in(&[Origin::Files]));
-        assert!(!is_built_in(&[Origin::BuiltIn, Origin::Files]));
-        assert!(!is_built_in(&[]));
+        let [built_in, files] = [Origin::BuiltIn, Origin::Files].map(source);
+        assert!(is_built_in(&[built_in.clone(), built_in.clone()]));
+        assert!(!is_built_in(&[built_in, files]) && !is_built_in(&[]));
 
         let bundled = bundled::find("neural-n8").expect("a bundled recipe");
         let recipe = bundled.recipe().expect("a valid recipe");

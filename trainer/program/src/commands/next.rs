@@ -15,6 +15,7 @@ use serde::Serialize;
 use super::fit::options::ReadingArgs;
 use super::output::{is_same_file, refuse_input, write_file};
 use super::{LINEAR_ANY, emit, numbers};
+use crate::report::Table;
 
 /// Propose the directions to read next: those that reduce the expected loss most.
 ///
@@ -80,10 +81,8 @@ struct Report {
     /// Its upper bound, which holds for 90 % of materials.
     bound: f32,
     /// The target.
-    #[serde(skip_serializing_if = "Option::is_none")]
     target: Option<f64>,
     /// True if the bound is at most the target; None without a target.
-    #[serde(skip_serializing_if = "Option::is_none")]
     is_target_reached: Option<bool>,
     directions: Vec<Direction>,
 }
@@ -96,7 +95,6 @@ struct Direction {
     theta_o: f64,
     phi_o: f64,
     /// The time to move there and to read; None without a speed.
-    #[serde(skip_serializing_if = "Option::is_none")]
     seconds: Option<f64>,
     /// The expected loss after this reading and the earlier ones.
     expected_loss: f32,
@@ -154,16 +152,16 @@ impl Next {
             super::limits::describe(machine.limits)
         );
         let has_seconds = self.machine.position(machine).is_some();
-        let direction = |each: &Proposal| {
-            let [theta_i, phi_i, theta_o, phi_o] = position_of(each).to_array();
+        let direction = |proposal: &Proposal| {
+            let [theta_i, phi_i, theta_o, phi_o] = position_of(proposal).to_array();
             Direction {
                 theta_i,
                 phi_i,
                 theta_o,
                 phi_o,
-                seconds: has_seconds.then_some(each.seconds),
-                expected_loss: each.expected_loss,
-                bound: each.bound,
+                seconds: has_seconds.then_some(proposal.seconds),
+                expected_loss: proposal.expected_loss,
+                bound: proposal.bound,
             }
         };
         let report = Report {
@@ -177,13 +175,15 @@ impl Next {
         if let (Some(path), false) = (&self.blank, proposals.is_empty()) {
             let arms = proposals.iter().map(position_of);
             let sheet = blank_directions(&arms.collect::<Vec<_>>());
-            let sheet = match is_appended {
-                true => appended(path, &sheet)?,
-                false => sheet,
+            let sheet = if is_appended {
+                appended(path, &sheet)?
+            } else {
+                sheet
             };
             write_file(path, sheet.as_bytes(), self.force || is_appended)?;
         }
-        emit(self.json, &report, || report.to_text())
+        let table = Table::of_records("", &COLUMNS, &report.directions)?;
+        emit(self.json, &report, || report.to_text(&table))
     }
 }
 
@@ -220,37 +220,33 @@ fn position_of(proposal: &Proposal) -> Arms<f64> {
     }
 }
 
+/// The columns of the table of proposals: positions in degrees.
+const COLUMNS: [(&str, &str, usize); 7] = [
+    ("theta_i", "/theta_i", 2),
+    ("phi_i", "/phi_i", 2),
+    ("theta_o", "/theta_o", 2),
+    ("phi_o (degrees)", "/phi_o", 2),
+    ("expected loss", "/expected_loss", 4),
+    ("at most", "/bound", 4),
+    ("seconds", "/seconds", 1),
+];
+
 impl Report {
-    fn to_text(&self) -> String {
-        let mut text = format!(
+    /// Formats the report for the terminal, with a table of the directions.
+    fn to_text(&self, table: &Table) -> String {
+        let text = format!(
             "readings       {}\nexpected loss  {:.4}, at most {:.4} for 90 % of materials\n",
             self.readings, self.expected_loss, self.bound
         );
-        if let Some(target) = self.target {
-            text += &format!("target         {target}");
-            if self.is_target_reached == Some(true) {
-                return text + ", reached: fit the readings with `trainer fit`\n";
+        let target = match (self.target, self.is_target_reached) {
+            (None, _) => String::new(),
+            (Some(target), Some(true)) => {
+                return format!(
+                    "{text}target         {target}, reached: fit the readings with `trainer fit`\n"
+                );
             }
-            text += ", not reached\n";
-        }
-        text += "next  theta_i    phi_i  theta_o    phi_o  (degrees)  expected loss  at most";
-        let has_seconds = self.directions.iter().any(|each| each.seconds.is_some());
-        text += if has_seconds { "  seconds\n" } else { "\n" };
-        for (number, each) in self.directions.iter().enumerate() {
-            text += &format!(
-                "{:4} {:8.2} {:8.2} {:8.2} {:8.2} {:25.4} {:8.4}",
-                number + 1,
-                each.theta_i,
-                each.phi_i,
-                each.theta_o,
-                each.phi_o,
-                each.expected_loss,
-                each.bound
-            );
-            text += &each
-                .seconds
-                .map_or("\n".to_owned(), |seconds| format!(" {seconds:8.1}\n"));
-        }
-        text
+            (Some(target), _) => format!("target         {target}, not reached\n"),
+        };
+        format!("{text}{target}\n{}", table.to_markdown())
     }
 }

@@ -5,12 +5,13 @@ use std::path::{PathBuf, absolute};
 use anyhow::ensure;
 use clap::{ArgGroup, Args};
 use glimpse_fitting::choice::Choice;
-use glimpse_fitting::route::{Machine, Order, PlanArgs, Route, blank_sheet};
+use glimpse_fitting::route::{Order, PlanArgs, blank_sheet};
 use glimpse_materials::basis::Basis;
 
 use super::geometry::GeometryArgs;
 use super::output::{is_same_file, refuse_input, write_files};
 use super::{LINEAR_ANY, emit};
+use crate::report::Table;
 
 /// Plan a scan: positions of the arms in degrees, their order, and the duration.
 ///
@@ -71,8 +72,17 @@ impl Plan {
         let sheets = sheets.into_iter();
         let files = sheets.filter_map(|(path, text)| Some((path.clone()?, text.into_bytes())));
         write_files(&files.collect::<Vec<_>>(), self.force)?;
-        emit(self.json, &route.to_json(&machine), || {
-            to_text(&route, &machine)
+        let report = route.to_json(&machine);
+        let table = Table::of_records("", &COLUMNS, &report["visits"])?;
+        emit(self.json, &report, || {
+            format!(
+                "order          {}\nplanned        {:.1} seconds, including {:.1} of motion\nlimits         {}\n\n{}",
+                route.order.name(),
+                route.total(),
+                route.travel,
+                super::limits::describe(machine.limits),
+                table.to_markdown()
+            )
         })
     }
 
@@ -93,23 +103,12 @@ impl Plan {
     }
 }
 
-fn to_text(route: &Route, machine: &Machine) -> String {
-    let mut text = format!(
-        "order          {}\n\
-         planned        {:.1} seconds, including {:.1} of motion\n\
-         limits         {}\n\
-         sample  theta_i    phi_i  theta_o    phi_o  (degrees)  read after seconds\n",
-        route.order.name(),
-        route.total(),
-        route.travel,
-        super::limits::describe(machine.limits),
-    );
-    for visit in &route.visits {
-        let [theta_i, phi_i, theta_o, phi_o] = visit.arms.to_array();
-        text += &format!(
-            "{:6} {theta_i:8.2} {phi_i:8.2} {theta_o:8.2} {phi_o:8.2} {:30.1}\n",
-            visit.index, visit.seconds
-        );
-    }
-    text
-}
+/// The columns of the table of visits: positions in degrees, and the seconds after which the sample is read.
+const COLUMNS: [(&str, &str, usize); 6] = [
+    ("sample", "/index", 0),
+    ("theta_i", "/theta_i", 2),
+    ("phi_i", "/phi_i", 2),
+    ("theta_o", "/theta_o", 2),
+    ("phi_o (degrees)", "/phi_o", 2),
+    ("read after seconds", "/seconds", 1),
+];

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use super::emit;
 use super::output::{create_out_folder, write_files};
-use crate::report::{Column, Table};
+use crate::report::Table;
 
 /// List or write the bundled recipes, which need no training.
 ///
@@ -78,8 +78,8 @@ impl Recipes {
             Action::List(list) => {
                 let entries = bundled::ALL.iter().map(Entry::new);
                 let entries: Vec<Entry> = entries.collect::<anyhow::Result<_>>()?;
+                let table = Table::of_records(caption(), &COLUMNS, &entries)?;
                 emit(list.json, &entries, || {
-                    let table = table(&entries);
                     format!("{}\n{}", table.caption, table.to_markdown())
                 })
             }
@@ -131,38 +131,27 @@ impl Entry {
     }
 }
 
-fn table(entries: &[Entry]) -> Table {
-    let row = |entry: &Entry| {
-        let loss = |select: fn(&Losses) -> f64| entry.loss.as_ref().map(select).into();
-        vec![
-            entry.name.into(),
-            entry.samples.into(),
-            entry.bytes.into(),
-            entry.seconds.into(),
-            loss(|each| each.procedural),
-            loss(|each| each.merl),
-            entry.loss.as_ref().and_then(|each| each.rgl).into(),
-            loss(|each| each.merl_color),
-        ]
-    };
-    let columns = [
-        Column::text("Recipe"),
-        Column::plain("n", 0),
-        Column::plain("Bytes", 0),
-        Column::plain("Seconds of a scan", 1),
-        Column::plain("Loss: procedural", 4),
-        Column::plain("MERL", 4),
-        Column::plain("RGL", 4),
-        Column::plain("Color error: MERL", 1),
-    ];
-    let caption = format!(
+/// The columns of the list.
+const COLUMNS: [(&str, &str, usize); 8] = [
+    ("Recipe", "/name", 0),
+    ("n", "/samples", 0),
+    ("Bytes", "/bytes", 0),
+    ("Seconds of a scan", "/seconds", 1),
+    ("Loss: procedural", "/loss/procedural", 4),
+    ("MERL", "/loss/merl", 4),
+    ("RGL", "/loss/rgl", 4),
+    ("Color error: MERL", "/loss/merl_color", 1),
+];
+
+/// Describes the list.
+fn caption() -> String {
+    format!(
         "Bundled recipes, and their mean losses on unseen materials: 40 procedural, 80 of MERL, and 17 of RGL (by \
          cross-validation), and the mean color error (CIEDE2000) of the spheres of MERL's. Recipes of the model linear also need the compact basis of {} \
          bytes, and those for readings at any directions (n = 0) one of {}.",
         bundled::BASIS.len(),
         bundled::ANY_BASIS.len()
-    );
-    Table::new(caption, columns, entries.iter().map(row))
+    )
 }
 
 impl Get {

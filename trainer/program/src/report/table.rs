@@ -3,6 +3,8 @@
 use std::fmt;
 
 use glimpse_evaluation::metrics::{METRICS, MetricColumn, Metrics};
+use serde::Serialize;
+use serde_json::Value;
 
 /// The number of a column to highlight as the best.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,6 +114,15 @@ pub(crate) fn metric_columns() -> [Column; METRICS.len()] {
     METRICS.each_ref().map(Column::metric)
 }
 
+impl From<&Value> for Cell {
+    fn from(value: &Value) -> Self {
+        match value {
+            Value::String(text) => Self::Text(text.clone()),
+            value => value.as_f64().into(),
+        }
+    }
+}
+
 impl From<&str> for Cell {
     fn from(text: &str) -> Self {
         Self::Text(text.to_owned())
@@ -156,6 +167,26 @@ impl Table {
             rows: rows.into_iter().collect(),
             compare: Compare::WithinColumn,
         }
+    }
+
+    /// Creates a table of a list of records. Each column has a title, the JSON pointer (RFC 6901) of its entries
+    /// within a record, and a number of decimals.
+    pub(crate) fn of_records(
+        caption: impl Into<String>,
+        columns: &[(&str, &str, usize)],
+        records: &impl Serialize,
+    ) -> anyhow::Result<Self> {
+        let records = serde_json::to_value(records)?;
+        let row = |record: &Value| {
+            let cells = columns.iter();
+            cells
+                .map(|(_, path, _)| record.pointer(path).into())
+                .collect()
+        };
+        let titles = columns.iter();
+        let titles = titles.map(|(title, _, decimals)| Column::plain(*title, *decimals));
+        let rows = records.as_array().into_iter().flatten().map(row);
+        Ok(Self::new(caption, titles.collect::<Vec<_>>(), rows))
     }
 
     /// Iterates over the columns with the entries of a row.

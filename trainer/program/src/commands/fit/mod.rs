@@ -169,10 +169,9 @@ impl Fit {
                 off_pattern: readings.off_pattern,
             });
         }
-        emit(self.json, &entries, || {
-            let texts = entries.iter().map(|entry| entry.to_text(self.keep_all));
-            texts.collect::<Vec<_>>().join("\n")
-        })
+        let texts = entries.iter().map(ReportEntry::to_text);
+        let texts = texts.collect::<anyhow::Result<Vec<_>>>()?;
+        emit(self.json, &entries, || texts.join("\n"))
     }
 
     /// Writes the files of a format. Prints and returns its errors against the fit.

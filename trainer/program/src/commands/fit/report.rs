@@ -1,11 +1,28 @@
 //! The report on a fit for `--json` and the terminal.
 
 use glimpse_evaluation::conversion::WrittenErrors;
-use glimpse_fitting::measurement::{ReadingStatus, Report, SpectrumReport};
+use glimpse_fitting::measurement::{Report, SpectrumReport};
 use serde::Serialize;
+
+use crate::report::Table;
 
 /// The coefficient of variation of repeated readings above which one of them is probably wrong.
 const MAX_PLAUSIBLE_SPREAD: f32 = 0.2;
+
+/// The columns of the table of outliers. The reading of a sample and its prediction are RGB; z is their difference in
+/// standard deviations.
+const OUTLIER_COLUMNS: [(&str, &str, usize); 10] = [
+    ("outlier", "/sample", 0),
+    ("reading: r", "/reading/0", 3),
+    ("g", "/reading/1", 3),
+    ("b", "/reading/2", 3),
+    ("predicted: r", "/expected/0", 3),
+    ("g", "/expected/1", 3),
+    ("b", "/expected/2", 3),
+    ("z", "/z", 1),
+    ("threshold", "/threshold", 1),
+    ("status", "/status", 0),
+];
 
 /// An entry of `--json`: a report with the material's name and folder.
 #[derive(Serialize)]
@@ -34,7 +51,7 @@ pub(super) struct FormatSummary {
 
 impl ReportEntry<'_> {
     /// Formats the report for the terminal.
-    pub(super) fn to_text(&self, keep_all: bool) -> String {
+    pub(super) fn to_text(&self) -> anyhow::Result<String> {
         let Report {
             recipe,
             measured,
@@ -80,7 +97,8 @@ impl ReportEntry<'_> {
         ] {
             if !samples.is_empty() {
                 let separator = if note.is_empty() { "" } else { ", " };
-                lines.push((label, describe_samples(samples) + separator + note));
+                let samples: Vec<String> = samples.iter().map(usize::to_string).collect();
+                lines.push((label, samples.join(", ") + separator + note));
             }
         }
         if let (Some(spread), Some(sample)) = (readings.largest_spread, readings.most_spread) {
@@ -95,26 +113,6 @@ impl ReportEntry<'_> {
                 100.0 * spread
             );
             lines.push(("repeated", text));
-        }
-        for outlier in &readings.outliers {
-            let note = match outlier.status {
-                ReadingStatus::Used if keep_all => "used, by --keep-all",
-                ReadingStatus::Used if recipe.takes_missing => "used",
-                ReadingStatus::Used => {
-                    "used, since the recipe needs all readings: measure it again"
-                }
-                _ => "not used",
-            };
-            let rgb = |brdf: [f32; 3]| brdf.map(|f| format!("{f:.3}")).join(" ");
-            let text = format!(
-                "sample {}: reading {}, predicted {} (z {:+.1}, threshold {:.1}); {note}",
-                outlier.sample,
-                rgb(outlier.reading),
-                rgb(outlier.expected),
-                outlier.z,
-                outlier.threshold
-            );
-            lines.push(("outlier", text));
         }
         lines.push(("used", format!("{} readings", readings.used)));
         let text = format!(
@@ -131,7 +129,12 @@ impl ReportEntry<'_> {
         }
         let lines = lines.iter();
         let lines = lines.map(|(label, text)| format!("  {label:15}{text}\n"));
-        format!("{}\n{}", self.name, lines.collect::<String>())
+        let text = format!("{}\n{}", self.name, lines.collect::<String>());
+        if readings.outliers.is_empty() {
+            return Ok(text);
+        }
+        let table = Table::of_records("", &OUTLIER_COLUMNS, &readings.outliers)?;
+        Ok(format!("{text}\n{}", table.to_markdown()))
     }
 
     fn expected_loss(&self) -> String {
@@ -177,15 +180,4 @@ fn describe_spectrum(report: &SpectrumReport) -> String {
         report.illuminant.to_uppercase(),
         report.observer,
     )
-}
-
-/// Lists the numbers of samples, at least one.
-fn describe_samples(samples: &[usize]) -> String {
-    let names: Vec<String> = samples.iter().map(usize::to_string).collect();
-    let noun = if names.len() == 1 {
-        "sample"
-    } else {
-        "samples"
-    };
-    format!("{noun} {}", names.join(", "))
 }

@@ -13,7 +13,7 @@ use super::super::numbers::number;
 use super::super::output::{check_out, file_as_json, file_type, refuse_source, write_file};
 use super::super::progress::StepProgress;
 use super::super::{emit, load};
-use crate::report::{Column, Table};
+use crate::report::Table;
 
 /// Maximum width and height of a sphere, in pixels.
 const MAX_SIZE: usize = 4_096;
@@ -76,11 +76,10 @@ impl Sphere {
             _ => sheet.to_npy(),
         };
         write_file(&self.out, &bytes, self.force)?;
-        let place = |index: usize| [index / self.columns + 1, index % self.columns + 1];
-        let names = materials.iter().map(|material| material.name());
-        let places = || (0..).map(place).zip(names.clone());
-        let spheres = places()
-            .map(|([row, column], name)| json!({ "material": name, "row": row, "column": column }));
+        let spheres = materials.iter().enumerate().map(|(index, material)| {
+            let [row, column] = [index / self.columns + 1, index % self.columns + 1];
+            json!({ "material": material.name(), "row": row, "column": column })
+        });
         let report = json!({
             "file": file_as_json(&self.out),
             "width": sheet.width,
@@ -88,15 +87,12 @@ impl Sphere {
             "sphere_pixels": self.size,
             "spheres": spheres.collect::<Vec<_>>(),
         });
-        emit(self.json, &report, || {
-            let columns = [
-                Column::plain("row", 0),
-                Column::plain("column", 0),
-                Column::text("material"),
-            ];
-            let rows =
-                places().map(|([row, column], name)| vec![row.into(), column.into(), name.into()]);
-            Table::new("", columns, rows).to_markdown()
-        })
+        let columns = [
+            ("row", "/row", 0),
+            ("column", "/column", 0),
+            ("material", "/material", 0),
+        ];
+        let table = Table::of_records("", &columns, &report["spheres"])?;
+        emit(self.json, &report, || table.to_markdown())
     }
 }
