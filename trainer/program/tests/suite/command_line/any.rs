@@ -186,12 +186,4 @@ fn trains_recipe_without_pattern() {
         ],
         [&json!(0), &Value::Null]
     );
-    folder.fail_each(
-        "",
-        &[
-            "train --model linear --samples any --noise 0.1 --out y.recipe => --noise",
-            "train --model linear --samples any --scan-seconds 9 --out y.recipe => --scan-seconds",
-            "train --model linear --samples any --schedule paper --out y.recipe => prior",
-        ],
-    );
 }

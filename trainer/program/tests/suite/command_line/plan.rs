@@ -5,7 +5,6 @@ use glimpse_materials::Source;
 use serde_json::Value;
 
 use super::folder::NEURAL_N8;
-use super::linear::recipe_with_metadata;
 use super::{Folder, number};
 use crate::common::assert_names;
 
@@ -106,8 +105,7 @@ fn reports_samples_out_of_reach() {
         assert!((stated - degrees).abs() < 1e-3, "{limit} {stated}");
     }
     folder.fail(&format!("plan {MASKED} --max-theta-i 70"));
-    folder.write("in-plane.recipe", recipe_with_metadata().bytes());
-    folder.fail_naming("plan in-plane.recipe", &["3", "in_plane"]);
+    folder.fail_naming("plan n8.recipe --in-plane", &["8", "in_plane"]);
 }
 
 #[test]
@@ -118,10 +116,6 @@ fn rejects_invalid_options() {
         "plan n8.recipe",
         &[
             "--speed fast => --speed fast",
-            "--speed 1,2 => --speed 1,2",
-            "--speed 1,2,3,inf => --speed 1,2,3,inf",
-            "--speed 0 => theta_i 0",
-            "--speed -5 => theta_i -5",
             "--speed 10,0,10,0 => phi_i phi_o 0",
             "--settle -1 => -1",
             "--max-theta-i 95 => --max-theta-i 90",
@@ -132,43 +126,4 @@ fn rejects_invalid_options() {
         ],
     );
     assert_eq!(folder.names(""), before, "a file was written");
-}
-
-#[test]
-fn progressive_order_is_that_of_recipe() {
-    let folder = folder();
-    // If the recipe needs all readings, a note says that the order has no advantage.
-    for (recipe, samples, has_note) in [("n8.recipe", 8, true), (MASKED, 16, false)] {
-        let plan = format!("plan {recipe} --order progressive --json");
-        let [printed, messages] = folder.succeed_with_messages(&plan);
-        assert_eq!(!messages.is_empty(), has_note, "{messages}");
-        let route: Value = serde_json::from_str(&printed).expect("valid JSON");
-        let visits = route["visits"].as_array().expect("a list");
-        let indices = visits.iter().map(|visit| number(&visit["index"]) as usize);
-        assert!(indices.eq(0..samples));
-    }
-}
-
-#[test]
-fn inspect_prints_arm_positions() {
-    let folder = folder();
-    let printed = folder.succeed("inspect n8.recipe");
-    assert_names(&printed, &["theta_i", "phi_i", "theta_o", "phi_o"]);
-    let json = folder.succeed("inspect n8.recipe --json");
-    folder.succeed("export n8.recipe --format json --out n8.json");
-    assert_eq!(json, folder.read_text("n8.json"));
-    let as_json: Value = serde_json::from_str(&json).expect("valid JSON");
-    let arms = as_json["arms"].as_array().expect("a list");
-    assert_eq!(arms.len(), 8);
-    for (row, line) in arms.iter().rev().zip(printed.lines().rev()) {
-        let cells = line.split_whitespace().skip(4);
-        let cells: Vec<f64> = cells.map(|cell| cell.parse().expect("a number")).collect();
-        assert_eq!(cells.len(), 4);
-        for (cell, radians) in cells.iter().zip(row.as_array().expect("a row")) {
-            assert!(
-                (cell - number(radians).to_degrees()).abs() < 0.011,
-                "{line} {row}"
-            );
-        }
-    }
 }

@@ -47,56 +47,19 @@ fn writes_several_materials_to_file() {
     assert_eq!(output.len(), 8);
 }
 
+/// The tests of `measurement` have all other defects of tables.
 #[test]
 fn errors_name_file_line_and_column() {
-    let folder = Folder::new();
-    let query =
-        |angles: &str| folder.fail(&format!("query procedural:1 --angles {angles} --out f.csv"));
-    for (text, words) in [
-        (
-            &b"theta_h,theta_d\n1,2\n"[..],
-            &["theta_h, theta_d", "phi_d", "theta_i"][..],
-        ),
-        (b"", &[]),
-        (
-            b"theta_h,theta_d,phi_d,theta_i,phi_i,theta_o,phi_o\n",
-            &["theta_h, theta_d, phi_d", "theta_i, phi_i, theta_o, phi_o"],
-        ),
-        (
-            b"phi_d,theta_h,theta_d\n-1e3,90,90.01\n",
-            &["2", "theta_d", "90.01", "90"],
-        ),
-        (
-            b"theta_i,phi_i,theta_o,phi_o\n-1,0,0,0\n",
-            &["2", "theta_i", "-1", "--convention"],
-        ),
-        (b"theta_h,theta_d,phi_d\n1,\xff,3\n", &["2", "UTF-8"]),
-    ] {
-        folder.write("a.csv", text);
-        let message = query("a.csv");
-        assert_names(&message, &["a.csv"]);
-        assert_names(&message.replace("a.csv", ""), words);
-        assert!(!folder.exists("f.csv"));
-    }
-    assert_names(&query("none.csv"), &["none.csv"]);
-    folder.fail_naming("query nowhere --angles a.csv", &["a.csv", "2"]);
-}
-
-#[test]
-fn fits_query_of_plan() {
-    let folder = Folder::with("n8.recipe", NEURAL_N8);
-    folder.succeed("plan n8.recipe --out plan.csv");
-    let planned = folder.read_text("plan.csv");
-    folder.succeed("query procedural:1:9 --angles plan.csv --out read.csv");
-    let header = "theta_i,phi_i,theta_o,phi_o,index,r,g,b";
-    let read = rows(&folder.read_text("read.csv"), header);
-    for (row, planned) in read.iter().zip(planned.lines().skip(1)) {
-        let own = [&row[4..5], &row[..4]].concat().join(",");
-        assert!(planned.starts_with(&own), "{planned}");
-    }
-    let report = folder.succeed_as_json("fit n8.recipe --measurements read.csv --out fits");
-    assert_eq!(report[0]["readings"]["used"], 8);
-    assert_eq!(report[0]["readings"]["unused"], json!([]));
+    let folder = Folder::with("a.csv", b"theta_i,phi_i,theta_o,phi_o\n-1,0,0,0\n");
+    folder.fail_each(
+        "query",
+        &[
+            "procedural:1 --angles a.csv --out f.csv => a.csv 2 theta_i -1 --convention",
+            "procedural:1 --angles none.csv --out f.csv => none.csv",
+            "nowhere --angles a.csv => a.csv 2",
+        ],
+    );
+    assert!(!folder.exists("f.csv"));
 }
 
 #[test]
