@@ -45,8 +45,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let method = Method::with_recipe(&recipe, bundled.basis().map(|_| &basis))?;
         let mut on_procedural = 0.0;
         for material in &procedural {
-            let fitted = method.fit(&**material, 0)?;
-            on_procedural += loss_between(&fitted, &**material) / procedural.len() as f64;
+            let fitted = method.fit(&**material, 0)?.fitted;
+            on_procedural += loss_between(&*fitted, &**material) / procedural.len() as f64;
         }
         let on_merl = merl.evaluate(&method, 0, 1)?.metrics;
         let on_rgl = cross_validated(&recipe, &rgl)?;

@@ -1,6 +1,7 @@
 //! Materials for virtual scanners.
 
-use glimpse_fitting::scanner::{ScannerNoise, VirtualScanner};
+use glimpse_fitting::recipe::Noise;
+use glimpse_fitting::scanner::VirtualScanner;
 use glimpse_materials::{Material, Procedural};
 
 /// Returns a material that no recipe is trained on.
@@ -12,5 +13,5 @@ pub fn unseen_material(index: usize) -> Procedural {
 /// Returns a virtual scanner without noise.
 #[must_use]
 pub fn noiseless_scanner(material: &dyn Material) -> VirtualScanner<'_> {
-    VirtualScanner::new(material, ScannerNoise::default())
+    VirtualScanner::new(material, Noise::default(), 0)
 }

@@ -2,7 +2,8 @@
 
 use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::{Evaluator, Method};
-use glimpse_fitting::scanner::{ScannerNoise, VirtualScanner};
+use glimpse_fitting::recipe::Noise;
+use glimpse_fitting::scanner::VirtualScanner;
 use glimpse_materials::Material;
 use glimpse_tests::device::assert_matches_host;
 use glimpse_tests::emulator::Emulator;
@@ -15,8 +16,11 @@ fn consecutive_scans_agree_with_host_and_evaluate() {
     let recipe = Recipe::parse(RECIPE).unwrap();
     for (index, deviation) in [(0, 0.0), (1, 0.0), (2, 0.04)] {
         let material = unseen_material(index);
-        let noise = ScannerNoise { deviation, seed: 1 };
-        let report = VirtualScanner::new(&material, noise)
+        let noise = Noise {
+            multiplicative: deviation,
+            ..Noise::default()
+        };
+        let report = VirtualScanner::new(&material, noise, 1)
             .serve(&mut emulator.serial)
             .unwrap();
         assert_matches_host(&report, RECIPE);

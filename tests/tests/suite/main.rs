@@ -12,7 +12,8 @@ use glimpse_core::link::{PROTOCOL, Purpose, Reply, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Evidence;
-use glimpse_fitting::scanner::{ScanReport, ScannerError, ScannerNoise, VirtualScanner, angles_of};
+use glimpse_fitting::recipe::Noise;
+use glimpse_fitting::scanner::{ScanReport, ScannerError, VirtualScanner, angles_of};
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Brdf, FittedMaterial, Material, Procedural};
 use glimpse_tests::RECIPE;
@@ -127,14 +128,14 @@ fn assert_correct(report: &ScanReport) {
 
 #[test]
 fn noise_depends_on_seed() {
+    let noise = Noise {
+        multiplicative: 0.1,
+        ..Noise::default()
+    };
+    let material = material();
     let scan = |seed| {
         let (device, mut host) = start_device(Host::Measures);
-        let noise = ScannerNoise {
-            deviation: 0.1,
-            seed,
-        };
-        let material = material();
-        let report = VirtualScanner::new(&material, noise)
+        let report = VirtualScanner::new(&material, noise, seed)
             .serve(&mut host)
             .unwrap();
         device.join().unwrap().unwrap();

@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use glimpse_core::model::{ModelKind, NeuralParameters};
+use glimpse_core::model::{ModelKind, NeuralParameters, ParameterSet};
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::setting::Name;
 use glimpse_materials::{
@@ -13,7 +13,7 @@ use glimpse_materials::{
     to_nbrdf,
 };
 
-use crate::evaluation::{EvaluationError, Fitted, Method, OPTIMUM_STEPS, compare};
+use crate::evaluation::{EvaluationError, Method, OPTIMUM_STEPS, compare};
 use crate::metrics::CompareError;
 use crate::shading::{self, ShadingError, ShadingModel};
 
@@ -32,9 +32,6 @@ pub enum ConversionError {
     /// Pictures cannot be compared. Does not happen in practice because all have the same size.
     #[error(transparent)]
     Compare(#[from] CompareError),
-    /// The fit of a network diverged.
-    #[error("the fit of a network diverged; give another seed")]
-    FitDiverged,
     /// The written file cannot be read.
     #[error(transparent)]
     Source(#[from] SourceError),
@@ -302,11 +299,7 @@ fn fit_network(
     material: &dyn Material,
     seed: u64,
 ) -> Result<NeuralParameters<f32>, ConversionError> {
-    let method = Method::optimum(ModelKind::Neural, OPTIMUM_STEPS);
-    let Fitted::Model(fitted) = method.fit(material, seed)? else {
-        return Err(ConversionError::FitDiverged);
-    };
-    let is_finite = fitted.values().iter().all(|weight| weight.is_finite());
-    let network = fitted.network().filter(|_| is_finite);
-    network.ok_or(ConversionError::FitDiverged)
+    let optimum = Method::optimum(ModelKind::Neural, OPTIMUM_STEPS).fit(material, seed)?;
+    let network = NeuralParameters::view(&optimum.values).cloned();
+    network.ok_or(EvaluationError::Diverged.into())
 }

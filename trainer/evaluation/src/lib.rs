@@ -5,8 +5,8 @@
 //! - [`render`]: images of spheres in a built-in studio
 //! - [`metrics`]: errors of a fit against its material
 //! - `least_squares` (internal): fits of parameters within bounds
-//! - [`evaluation`]: fitting methods and their errors on materials
 //! - [`shading`]: shading models of renderers, fitted to a BRDF
+//! - [`evaluation`]: fitting methods and their errors on materials
 //! - [`conversion`]: materials in the formats of other programs
 
 pub mod conversion;

@@ -16,13 +16,13 @@ use glimpse_core::scan::Residual;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{FittedBrdf, FittedMaterial, Material};
-use rand::{Rng, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
 use serde::Serialize;
 use serde_json::json;
 
 use crate::measurement::{MaterialFiles, material_files};
+use crate::recipe::Noise;
 
 /// An error that aborts a scan. The next scan may succeed.
 #[derive(Debug, thiserror::Error)]
@@ -42,15 +42,6 @@ pub enum ScannerError {
          release"
     )]
     Protocol(u16),
-}
-
-/// The noise of the virtual scanner.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct ScannerNoise {
-    /// The standard deviation of Gaussian noise on each channel, relative to the value.
-    pub deviation: f32,
-    /// The seed of the noise.
-    pub seed: u64,
 }
 
 /// One reading that the device requested.
@@ -184,17 +175,12 @@ impl ScanState {
     }
 }
 
-/// The effect of a request on the scan.
-enum Outcome {
-    Continue,
-    Completed(ScanReport),
-    Failed(ScannerError),
-}
-
 /// A virtual scanner that measures one material, or only receives the results of devices that measure themselves.
 pub struct VirtualScanner<'a> {
     material: Option<&'a dyn Material>,
-    noise: ScannerNoise,
+    noise: Noise,
+    /// The seed of the noise.
+    seed: u64,
     end: HostEnd,
     scan: Option<ScanState>,
     /// The number of scans that devices have started.
@@ -202,12 +188,13 @@ pub struct VirtualScanner<'a> {
 }
 
 impl<'a> VirtualScanner<'a> {
-    /// Creates a scanner that measures `material`.
+    /// Creates a scanner that measures `material`, with noise that depends on a seed.
     #[must_use]
-    pub fn new(material: &'a dyn Material, noise: ScannerNoise) -> Self {
+    pub fn new(material: &'a dyn Material, noise: Noise, seed: u64) -> Self {
         Self {
             material: Some(material),
             noise,
+            seed,
             ..Self::listener()
         }
     }
@@ -217,7 +204,8 @@ impl<'a> VirtualScanner<'a> {
     pub fn listener() -> Self {
         Self {
             material: None,
-            noise: ScannerNoise::default(),
+            noise: Noise::default(),
+            seed: 0,
             end: HostEnd::new(),
             scan: None,
             scan_count: 0,
@@ -228,12 +216,12 @@ impl<'a> VirtualScanner<'a> {
     #[must_use]
     pub fn read(&self, index: u16, angles: Angles<f32>) -> Option<Reading> {
         let material = self.material?;
-        let mut random = ChaCha8Rng::seed_from_u64(self.noise.seed);
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(self.scan_count << 16 | u64::from(index));
-        Some(Reading::new(material.at_angles(angles).map(|f| {
-            let normal: f32 = random.sample(StandardNormal);
-            (f * (1.0 + self.noise.deviation * normal)).max(0.0)
-        })))
+        let cos_theta_i = HalfDifference::from_angles(angles).cos_theta_i();
+        let brdf = material.at_angles(angles);
+        let brdf = self.noise.read(brdf, cos_theta_i, &mut random);
+        Some(Reading::new(brdf.map(|value| value.max(0.0))))
     }
 
     /// Serves a device until one scan is complete. Call again for the next scan.
@@ -252,7 +240,7 @@ impl<'a> VirtualScanner<'a> {
             };
             // Bytes after a request can only repeat the same request.
             for byte in &bytes[..count] {
-                let mut outcome = Outcome::Continue;
+                let mut outcome = None;
                 let mut end = std::mem::take(&mut self.end);
                 let reply = end.answer(*byte, &mut frame, |request| {
                     let reply;
@@ -264,20 +252,22 @@ impl<'a> VirtualScanner<'a> {
                     stream.write_all(reply)?;
                     stream.flush()?;
                 }
-                match outcome {
-                    Outcome::Continue => {}
-                    Outcome::Completed(report) => return Ok(report),
-                    Outcome::Failed(error) => return Err(error),
+                if let Some(outcome) = outcome {
+                    return outcome;
                 }
             }
         }
     }
 
-    fn handle_request(&mut self, request: Request) -> (Reply, Outcome) {
+    /// Handles a request. Returns the reply, and the result of a scan that has ended.
+    fn handle_request(
+        &mut self,
+        request: Request,
+    ) -> (Reply, Option<Result<ScanReport, ScannerError>>) {
         let reply = match (request, &mut self.scan) {
             (Request::Hello { protocol, .. }, _) if protocol != PROTOCOL => {
                 let welcome = Reply::Welcome { protocol: PROTOCOL };
-                return (welcome, Outcome::Failed(ScannerError::Protocol(protocol)));
+                return (welcome, Some(Err(ScannerError::Protocol(protocol))));
             }
             (Request::Hello { model, recipe, .. }, scan) => {
                 self.scan_count += 1;
@@ -296,10 +286,7 @@ impl<'a> VirtualScanner<'a> {
             }
             (Request::Failed(report), _) => {
                 self.scan = None;
-                return (
-                    Reply::Accepted,
-                    Outcome::Failed(ScannerError::Device(report)),
-                );
+                return (Reply::Accepted, Some(Err(ScannerError::Device(report))));
             }
             (_, None) => Reply::Refused(ErrorCode::RefusedNoScan),
             (Request::Restored { index, reading }, Some(scan)) => {
@@ -332,13 +319,13 @@ impl<'a> VirtualScanner<'a> {
                         residual,
                     };
                     self.scan = None;
-                    return (Reply::Accepted, Outcome::Completed(report));
+                    return (Reply::Accepted, Some(Ok(report)));
                 }
                 Reply::Refused(ErrorCode::RefusedValues)
             }
             (_, Some(_)) => Reply::Refused(ErrorCode::RefusedRequest),
         };
-        (reply, Outcome::Continue)
+        (reply, None)
     }
 
     fn measure(&mut self, purpose: Purpose, index: u16, directions: Directions<f32>) -> Reply {

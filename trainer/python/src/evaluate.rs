@@ -3,10 +3,9 @@
 use std::sync::atomic::Ordering;
 
 use glimpse_evaluation::evaluation::{
-    Degradation, EvaluationError, Evaluator, Method, Report, TrainingMaterials, TrainingOverlap,
+    Degradation, EvaluationError, Evaluator, Method, TrainingMaterials,
 };
 use pyo3::prelude::*;
-use serde_json::{Value, json};
 
 use crate::arrays::to_python;
 use crate::error::{Failure, GlimpseError, reject, to_exception};
@@ -50,7 +49,7 @@ pub(crate) fn evaluate<'py>(
     if !(1..=10_000).contains(&seeds) {
         return reject(format!("seeds must be 1 to 10000, not {seeds}"));
     }
-    let readings = Degradation {
+    let degradation = Degradation {
         first,
         lost: lose,
         noise,
@@ -59,13 +58,13 @@ pub(crate) fn evaluate<'py>(
     };
     let recipe = recipe.get();
     let parsed = recipe.recipe();
-    readings.validate(parsed.samples()).map_err(to_exception)?;
+    degradation
+        .validate(parsed.samples(), Some(&parsed))
+        .map_err(to_exception)?;
     let trained_on = TrainingMaterials::from_recipe(&parsed).map_err(to_exception)?;
-    let method = Method::with_recipe(&parsed, recipe.0.basis.as_deref()).map_err(to_exception)?;
-    let method = match readings == Degradation::default() {
-        true => method,
-        false => method.with_degradation(readings).map_err(to_exception)?,
-    };
+    let mut method =
+        Method::with_recipe(&parsed, recipe.0.basis.as_deref()).map_err(to_exception)?;
+    method.degradation = degradation;
     let materials = MaterialArgs::parse(materials)?;
     let sources = materials.sources(&[])?;
     let result = run_interruptible(
@@ -79,44 +78,13 @@ pub(crate) fn evaluate<'py>(
             let report = Evaluator::new(&materials)
                 .evaluate_with_progress(&method, seed, seeds, &|| {}, stop)
                 .map_err(Failure::new)?;
-            let overlaps = trained_on.as_ref().map(|trained_on| {
-                let overlaps = materials
-                    .iter()
-                    .map(|material| trained_on.overlap(&**material));
-                overlaps.collect()
-            });
-            Ok((report, overlaps))
+            Ok(match &trained_on {
+                Some(trained_on) => report.with_overlaps(trained_on, &materials),
+                None => report,
+            })
         },
     )?;
-    let (report, overlaps) = result?;
-    let value =
-        to_json(&report, overlaps).map_err(|error| GlimpseError::new_err(error.to_string()))?;
+    let value = serde_json::to_value(result?);
+    let value = value.map_err(|error| GlimpseError::new_err(error.to_string()))?;
     to_python(py, value)
-}
-
-/// Returns the report as JSON, with the names of training materials. `overlaps` has an entry for each material. It is
-/// None if the recipe does not list its training materials.
-fn to_json(
-    report: &Report,
-    overlaps: Option<Vec<Option<TrainingOverlap>>>,
-) -> serde_json::Result<Value> {
-    let mut value = serde_json::to_value(report)?;
-    for (index, material) in report.materials.iter().enumerate() {
-        // The report omits what is not predicted.
-        let entry = &mut value["materials"][index];
-        entry["predicted_loss"] = json!(material.predicted_loss);
-        entry["loss_bound"] = json!(material.loss_bound);
-        entry["unlike_training"] = json!(material.unlike_training);
-    }
-    let names = |kind: TrainingOverlap| -> Value {
-        let Some(overlaps) = &overlaps else {
-            return Value::Null;
-        };
-        let all = overlaps.iter().zip(&report.materials);
-        let of_kind = all.filter(|(overlap, _)| **overlap == Some(kind));
-        of_kind.map(|(_, material)| material.name.clone()).collect()
-    };
-    value["trained_on"] = names(TrainingOverlap::SameBrdf);
-    value["namesakes_trained_on"] = names(TrainingOverlap::SameName);
-    Ok(value)
 }

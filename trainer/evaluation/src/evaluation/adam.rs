@@ -58,6 +58,10 @@ impl Adam {
         self.parameters = self.optimizer.values().initial;
     }
 
+    fn is_finite(&self) -> bool {
+        self.parameters.iter().all(|value| value.is_finite())
+    }
+
     /// Takes a step on samples that are drawn from a pool of one material.
     fn step_on_fresh_samples(
         &mut self,
@@ -110,13 +114,13 @@ pub(super) fn refine(
 }
 
 /// Runs the method Optimum: an estimate of the model's best fit. It takes very many steps, each on fresh samples, with
-/// a learning rate that decays to 0, from the best of several starts.
+/// a learning rate that decays to 0, from the best of several starts. Returns None if it diverges.
 pub(super) fn optimum(
     kernels: &'static ModelKernels,
     material: &dyn Material,
     steps: usize,
     seed: u64,
-) -> Vec<f32> {
+) -> Option<Vec<f32>> {
     let pool = SampledMaterial::new(material, POOL, seed);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(2);
@@ -130,20 +134,38 @@ pub(super) fn optimum(
         }
         (kernels.loss)(&adam.parameters, &pool.all().octets())
     };
-    let mut best: Option<(f32, Adam)> = None;
-    for _ in 0..OPTIMUM_STARTS {
+    let starts = (0..OPTIMUM_STARTS).map(|_| {
         let mut adam = Adam::new(kernels, initial_guess(kernels.model, &mut starts));
-        let loss = descend(&mut adam, steps / OPTIMUM_TRIAL_DIVISOR);
-        // A start that diverged has loss NaN.
-        if best
-            .as_ref()
-            .is_none_or(|(best, _)| loss < *best || best.is_nan())
-        {
-            best = Some((loss, adam));
-        }
+        (descend(&mut adam, steps / OPTIMUM_TRIAL_DIVISOR), adam)
+    });
+    let mut adam = least_loss(starts)?;
+    descend(&mut adam, steps);
+    adam.is_finite().then_some(adam.parameters)
+}
+
+/// Returns the start with the least loss; None if all diverged. The loss of parameters that are not finite may be finite.
+fn least_loss(starts: impl Iterator<Item = (f32, Adam)>) -> Option<Adam> {
+    let finite = starts.filter(|(loss, adam)| loss.is_finite() && adam.is_finite());
+    let best = finite.min_by(|(one, _), (other, _)| one.total_cmp(other));
+    best.map(|(_, adam)| adam)
+}
+
+#[cfg(test)]
+mod tests {
+    use glimpse_core::model::ModelKind;
+
+    use super::*;
+
+    #[test]
+    fn diverged_starts_are_not_chosen() {
+        let start = |(loss, value): (f32, f32)| {
+            let kernels = ModelKernels::of(ModelKind::Phong).expect("kernels");
+            (loss, Adam::new(kernels, vec![value; 7]))
+        };
+        let diverged = [(f32::NAN, 1.0), (0.1, f32::NAN), (f32::INFINITY, 2.0)];
+        assert!(least_loss(diverged.into_iter().map(start)).is_none());
+        let starts = diverged.into_iter().chain([(3.0, 3.0), (2.0, 4.0)]);
+        let best = least_loss(starts.map(start)).map(|adam| adam.parameters);
+        assert_eq!(best, Some(vec![4.0; 7]));
     }
-    best.map_or_else(Vec::new, |(_, mut adam)| {
-        descend(&mut adam, steps);
-        adam.parameters
-    })
 }

@@ -7,6 +7,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_materials::Brdf;
 
 use crate::least_squares::Errors;
+use crate::shading::{Cosines, schlick, separable_lobe};
 
 const PARAMETERS: usize = 8;
 /// The bounds of each parameter: logarithms of the diffuse and of the specular color, the logarithm of the roughness, and
@@ -28,18 +29,16 @@ const ROBUST_SCALE: f64 = 0.05;
 
 /// A fitted diffuse and GGX lobe.
 #[derive(Clone, Copy, Debug)]
-pub struct Ggx([f64; PARAMETERS]);
+pub(super) struct Ggx([f64; PARAMETERS]);
 
 impl Ggx {
     /// Fits readings (BRDF in linear RGB, sr^-1) at angles in radians.
-    #[must_use]
-    pub fn fit(angles: &[Angles<f32>], readings: &[[f32; 3]]) -> Self {
-        let at = angles.iter().copied().map(HalfDifference::from_angles);
-        let at: Vec<HalfDifference<f32>> = at.collect();
-        let readings = readings
-            .iter()
-            .map(|rgb| rgb.map(|y| f64::from(y.max(0.0))));
-        let readings: Vec<[f64; 3]> = readings.collect();
+    pub(super) fn fit(readings: &[(Angles<f32>, [f32; 3])]) -> Self {
+        let pairs = readings.iter().map(|(angles, rgb)| {
+            let rgb = rgb.map(|y| f64::from(y.max(0.0)));
+            (Cosines::of(&HalfDifference::from_angles(*angles)), rgb)
+        });
+        let (at, readings): (Vec<Cosines>, Vec<[f64; 3]>) = pairs.unzip();
         let diffuse = [0, 1, 2].map(|channel| {
             let mut values: Vec<f64> = readings.iter().map(|rgb| rgb[channel]).collect();
             values.sort_by(f64::total_cmp);
@@ -66,20 +65,11 @@ impl Ggx {
         Self(parameters.unwrap_or_default())
     }
 
-    fn brdf(&self, at: &HalfDifference<f32>) -> [f64; 3] {
+    fn brdf(&self, at: &Cosines) -> [f64; 3] {
         let [diffuse @ .., s0, s1, s2, roughness, reflectance] = self.0;
-        let alpha = roughness.exp();
         let normal = 1.0 / (1.0 + (-reflectance).exp());
-        let [cos_h, cos_d] = [at.hz, at.dz].map(f64::from);
-        let [cos_i, cos_o] =
-            [at.cos_theta_i(), at.cos_theta_o()].map(|cosine| f64::from(cosine).max(1e-3));
-        let squared = alpha * alpha;
-        let density = squared / (PI * (cos_h * cos_h * (squared - 1.0) + 1.0).powi(2));
-        let shadowing = |cosine: f64| {
-            2.0 * cosine / (cosine + (squared + (1.0 - squared) * cosine * cosine).sqrt())
-        };
-        let fresnel = normal + (1.0 - normal) * (1.0 - cos_d).powi(5);
-        let lobe = density * shadowing(cos_i) * shadowing(cos_o) * fresnel / (4.0 * cos_i * cos_o);
+        let fresnel = schlick(normal, 1.0, at.difference);
+        let lobe = fresnel * separable_lobe(roughness.exp(), at);
         let specular = [s0, s1, s2];
         std::array::from_fn(|channel| diffuse[channel].exp() / PI + specular[channel].exp() * lobe)
     }
@@ -87,15 +77,15 @@ impl Ggx {
 
 impl Brdf for Ggx {
     fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
-        let values = at.iter().map(|at| self.brdf(at));
+        let values = at.iter().map(|at| self.brdf(&Cosines::of(at)));
         values.map(|rgb| rgb.map(|value| value as f32)).collect()
     }
 }
 
 /// Writes the square roots of the robust errors of the loss.
-fn write_errors(ggx: Ggx, at: &[HalfDifference<f32>], readings: &[[f64; 3]], errors: &mut [f64]) {
+fn write_errors(ggx: Ggx, at: &[Cosines], readings: &[[f64; 3]], errors: &mut [f64]) {
     for ((errors, at), reading) in errors.chunks_exact_mut(3).zip(at).zip(readings) {
-        let cosine = f64::from(at.cos_theta_i()).max(1e-2);
+        let cosine = at.light.max(1e-2);
         let pairs = ggx.brdf(at).into_iter().zip(reading);
         for (root, (modeled, read)) in errors.iter_mut().zip(pairs) {
             let error = (modeled * cosine).ln_1p() - (read * cosine).ln_1p();

@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use glimpse_core::recipe::Recipe;
 use glimpse_fitting::recipe::{Metadata, MetadataError};
 use glimpse_materials::{Identity, Material};
+use serde::{Deserialize, Serialize};
 
 /// The names and digests of the materials that a recipe was trained on.
 #[derive(Clone, Debug, Default)]
@@ -14,13 +15,16 @@ pub struct TrainingMaterials {
 }
 
 /// An overlap of a test material with the training materials.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum TrainingOverlap {
     /// A training material has the same BRDF, under any name.
     SameBrdf,
     /// A training material has the same name but another BRDF: possibly another measurement of the same material, or the
     /// same measurement in another format.
     SameName,
+    /// No training material has the same BRDF or name.
+    Unseen,
 }
 
 impl TrainingMaterials {
@@ -29,36 +33,30 @@ impl TrainingMaterials {
     /// # Errors
     /// If the recipe's metadata are invalid.
     pub fn from_recipe(recipe: &Recipe<'_>) -> Result<Option<Self>, MetadataError> {
-        let mut all = Self::default();
-        for identity in Metadata::of(recipe)?.materials {
-            all.add(identity);
-        }
-        Ok((!all.names.is_empty()).then_some(all))
+        let materials = Metadata::of(recipe)?.materials;
+        Ok((!materials.is_empty()).then(|| materials.into_iter().collect()))
     }
 
-    /// Lists these materials.
+    /// Returns the overlap of a material with the training materials.
     #[must_use]
-    pub fn from_materials(materials: &[Box<dyn Material>]) -> Self {
-        let mut all = Self::default();
-        for material in materials {
-            all.add(Identity::new(&**material));
-        }
-        all
-    }
-
-    fn add(&mut self, Identity { name, digest }: Identity) {
-        self.names.insert(name);
-        self.digests.insert(digest);
-    }
-
-    /// Returns the overlap of a material with the training materials; None if there is none.
-    #[must_use]
-    pub fn overlap(&self, material: &dyn Material) -> Option<TrainingOverlap> {
+    pub fn overlap(&self, material: &dyn Material) -> TrainingOverlap {
         let Identity { name, digest } = Identity::new(material);
-        match (self.digests.contains(&digest), self.names.contains(&name)) {
-            (true, _) => Some(TrainingOverlap::SameBrdf),
-            (false, true) => Some(TrainingOverlap::SameName),
-            (false, false) => None,
+        if self.digests.contains(&digest) {
+            TrainingOverlap::SameBrdf
+        } else if self.names.contains(&name) {
+            TrainingOverlap::SameName
+        } else {
+            TrainingOverlap::Unseen
         }
+    }
+}
+
+impl FromIterator<Identity> for TrainingMaterials {
+    fn from_iter<I: IntoIterator<Item = Identity>>(materials: I) -> Self {
+        let (names, digests) = materials
+            .into_iter()
+            .map(|Identity { name, digest }| (name, digest))
+            .unzip();
+        Self { names, digests }
     }
 }

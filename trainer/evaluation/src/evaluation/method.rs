@@ -1,22 +1,20 @@
 //! Methods: the directions that they measure and the way they fit.
 
-use glimpse_core::fit::{Estimator, Sgd};
+use glimpse_core::fit::{AnyModel, Channels, Estimator, ScanModel, Sgd};
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::ModelKind;
+use glimpse_core::model::{ModelKind, Sample, Samples, Slot, slot_of};
 use glimpse_core::recipe::Recipe;
-use glimpse_fitting::linear::CoefficientPrior;
-use glimpse_kernels::scan::LossPrediction;
+use glimpse_fitting::linear::{CoefficientPrior, ComponentsAt, Posterior, PosteriorReading};
+use glimpse_kernels::ModelKernels;
+use glimpse_kernels::scan::{LossPrediction, scan_with_missing};
 use glimpse_materials::basis::Basis;
-use glimpse_materials::{Brdf, FittedBrdf};
+use glimpse_materials::sampling::uniform_valid;
+use glimpse_materials::{Brdf, FittedBrdf, Material};
 
-mod fit;
-
-pub use fit::measure;
-
-use super::EvaluationError;
 use super::adaptive::Adaptive;
-use super::degradation::Degradation;
 use super::ggx::Ggx;
+use super::reader::{Degradation, Reader};
+use super::{EvaluationError, adam};
 
 /// Names of methods in tables, pictures and reports.
 pub mod names {
@@ -36,34 +34,36 @@ pub mod names {
     pub const OPTIMUM: &str = "Optimum";
 }
 
-/// A fitted BRDF.
-#[derive(Clone, Debug)]
-#[allow(clippy::large_enum_variant)] // most are models
-pub enum Fitted {
-    /// One of the four models.
-    Model(FittedBrdf),
-    /// A diffuse and a GGX lobe.
-    Ggx(Ggx),
-}
-
-impl Brdf for Fitted {
-    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
-        match self {
-            Self::Model(fitted) => fitted.values_at(at),
-            Self::Ggx(ggx) => ggx.values_at(at),
-        }
-    }
-}
-
 /// The result of a method for one material.
-#[derive(Clone, Debug)]
 pub struct Outcome {
     /// The fitted BRDF.
-    pub fitted: Fitted,
+    pub fitted: Box<dyn Brdf + Send>,
+    /// The parameters of the method's model; empty if the fit is not one of the four models.
+    pub values: Vec<f32>,
     /// The predicted loss, if the method has one.
     pub prediction: Option<LossPrediction>,
     /// The time of a scan that chooses directions by seconds, in seconds.
     pub seconds: Option<f64>,
+}
+
+impl Outcome {
+    /// Creates the result of a fit without a prediction.
+    ///
+    /// # Errors
+    /// [`EvaluationError::Basis`] if the values do not match the model or its basis.
+    fn new(
+        model: ModelKind,
+        values: Vec<f32>,
+        basis: Option<&Basis>,
+    ) -> Result<Self, EvaluationError> {
+        let fitted = FittedBrdf::new(model, values.clone(), basis).ok_or(EvaluationError::Basis)?;
+        Ok(Self {
+            fitted: Box::new(fitted),
+            values,
+            prediction: None,
+            seconds: None,
+        })
+    }
 }
 
 /// The directions that a method measures.
@@ -80,61 +80,48 @@ pub enum SampleDirections {
     Converged(usize),
 }
 
-/// The algorithm that fits the measurements.
-#[derive(Clone, Debug)]
-enum FitAlgorithm<'a> {
-    /// A scan with a recipe, as on a device. Linear also needs the recipe's basis.
-    Scan(Box<Recipe<'a>>, Option<&'a Basis>),
-    /// Scans that choose each direction by the readings so far.
-    Adaptive(Box<Adaptive<'a>>),
-    /// The recipe's gradient descent, at any directions.
-    SgdAnywhere(Sgd<'a>),
-    /// Ridge regression with these precisions, at any directions.
-    RidgeAnywhere(Vec<f32>, &'a Basis),
-    /// A diffuse and a GGX lobe.
-    Ggx,
-    /// Adam from a random start, with a number of steps.
-    Adam(ModelKind, usize),
-    /// Adam with fresh samples at each step, with a number of steps at which it has converged.
-    Optimum(ModelKind, usize),
-}
+/// A function that fits readings at the method's directions, with a seed. The directions are empty if it chooses them.
+type Run<'a> = dyn Fn(&mut Reader<'_>, &[Angles<f32>], u64) -> Result<Outcome, EvaluationError>
+    + Send
+    + Sync
+    + 'a;
 
-/// A method: directions to measure a material at, and an algorithm that fits it.
-#[derive(Clone, Debug)]
+/// A method: directions to measure a material at, and an algorithm that fits the readings.
 pub struct Method<'a> {
     name: &'static str,
+    model: ModelKind,
     directions: SampleDirections,
-    algorithm: FitAlgorithm<'a>,
-    /// The number of Adam steps on fresh samples after the fit.
-    refinement_steps: usize,
-    /// The compact basis that converts coefficients of the model Linear to a BRDF; None for the whole basis.
-    compact: Option<&'a Basis>,
-    /// The degradation of a recipe's readings.
-    degradation: Degradation,
-    /// The directions that the readings really have; None for those of the method.
-    measured: Option<Vec<Angles<f32>>>,
-    /// The prior of a recipe without a prediction of its own.
-    prior: Option<CoefficientPrior>,
+    /// The degradation of readings.
+    pub degradation: Degradation,
+    /// The directions that the readings really have, by sample; empty for those of the method.
+    displaced: Vec<Angles<f32>>,
+    run: Box<Run<'a>>,
 }
 
 /// The number of directions at which the method Optimum for the model Linear has converged.
 pub const LINEAR_OPTIMUM_DIRECTIONS: usize = 8_192;
 
 impl<'a> Method<'a> {
-    fn new(name: &'static str, directions: SampleDirections, algorithm: FitAlgorithm<'a>) -> Self {
+    fn new(
+        (name, model): (&'static str, ModelKind),
+        directions: SampleDirections,
+        run: impl Fn(&mut Reader<'_>, &[Angles<f32>], u64) -> Result<Outcome, EvaluationError>
+        + Send
+        + Sync
+        + 'a,
+    ) -> Self {
         Self {
             name,
+            model,
             directions,
-            algorithm,
-            refinement_steps: 0,
-            compact: None,
             degradation: Degradation::default(),
-            measured: None,
-            prior: None,
+            displaced: Vec::new(),
+            run: Box::new(run),
         }
     }
 
-    /// Creates a scan with a recipe: its pattern and its fit. Linear needs the recipe's basis.
+    /// Creates a scan with a recipe: its pattern and its fit, as on a device. Linear needs the recipe's basis, whole or
+    /// compact.
     ///
     /// # Errors
     /// [`EvaluationError::Basis`]
@@ -142,7 +129,20 @@ impl<'a> Method<'a> {
         recipe: &Recipe<'a>,
         basis: Option<&'a Basis>,
     ) -> Result<Self, EvaluationError> {
-        if recipe.model() == ModelKind::Linear && basis.is_none() {
+        Self::with_prior(recipe, basis, None)
+    }
+
+    /// Creates a scan with a recipe. The prior predicts losses if the recipe does not.
+    ///
+    /// # Errors
+    /// [`EvaluationError::Basis`]
+    pub fn with_prior(
+        recipe: &Recipe<'a>,
+        basis: Option<&'a Basis>,
+        prior: Option<CoefficientPrior>,
+    ) -> Result<Self, EvaluationError> {
+        let (recipe, model) = (*recipe, recipe.model());
+        if recipe.basis_checksum() != basis.map(Basis::whole_checksum) {
             return Err(EvaluationError::Basis);
         }
         let name = match recipe.estimator() {
@@ -153,34 +153,42 @@ impl<'a> Method<'a> {
             }
             _ => names::PAPER,
         };
-        let pattern = recipe.pattern().collect();
-        let algorithm = FitAlgorithm::Scan(Box::new(*recipe), basis);
-        Ok(Self::new(
-            name,
-            SampleDirections::Pattern(pattern),
-            algorithm,
-        ))
+        let pattern = SampleDirections::Pattern(recipe.pattern().collect());
+        Ok(Self::new((name, model), pattern, move |reader, _, _| {
+            let mut readings = Vec::new();
+            let scan = scan_with_missing(&recipe, &mut |index, angles| {
+                let index = usize::from(index);
+                let brdf = reader.read(index, angles)?;
+                readings.push(PosteriorReading::new(angles, brdf));
+                Some(brdf)
+            })?;
+            let outcome = Outcome::new(model, scan.values, basis)?;
+            let by_prior =
+                || Some(Posterior::new(prior.as_ref()?, &readings)?.loss(&*outcome.fitted));
+            Ok(Outcome {
+                prediction: scan.prediction.or_else(by_prior),
+                ..outcome
+            })
+        }))
     }
 
     /// Creates scans that choose each direction by the readings so far.
     #[must_use]
     pub fn adaptive(adaptive: Adaptive<'a>) -> Self {
-        let directions = SampleDirections::Chosen(adaptive.samples());
-        let algorithm = FitAlgorithm::Adaptive(Box::new(adaptive));
-        Self::new(names::GLIMPSE, directions, algorithm)
+        let model = adaptive.file.recipe().model();
+        let directions = SampleDirections::Chosen(adaptive.samples);
+        Self::new((names::GLIMPSE, model), directions, move |reader, _, _| {
+            let scan = adaptive.scan(reader)?;
+            let outcome = Outcome::new(model, scan.values, Some(adaptive.basis))?;
+            Ok(Outcome {
+                prediction: Some(scan.posterior.loss(&*outcome.fitted)),
+                seconds: scan.seconds,
+                ..outcome
+            })
+        })
     }
 
-    /// Creates a recipe's fit (start and step sizes, or precisions) at random directions. Their number is that of the
-    /// recipe's pattern.
-    ///
-    /// # Errors
-    /// [`EvaluationError::Basis`]
-    pub fn meta(recipe: &Recipe<'a>, basis: Option<&'a Basis>) -> Result<Self, EvaluationError> {
-        let directions = SampleDirections::Random(recipe.samples());
-        Self::with_directions(names::META, recipe, basis, directions)
-    }
-
-    /// Creates a recipe's fit at other directions than its own, with a name.
+    /// Creates a recipe's fit (start and step sizes, or precisions) at other directions than its own, with a name.
     ///
     /// # Errors
     /// [`EvaluationError::Basis`], [`EvaluationError::OtherDirections`]
@@ -188,130 +196,97 @@ impl<'a> Method<'a> {
         name: &'static str,
         recipe: &Recipe<'a>,
         basis: Option<&'a Basis>,
-        pattern: Vec<Angles<f32>>,
-    ) -> Result<Self, EvaluationError> {
-        Self::with_directions(name, recipe, basis, SampleDirections::Pattern(pattern))
-    }
-
-    fn with_directions(
-        name: &'static str,
-        recipe: &Recipe<'a>,
-        basis: Option<&'a Basis>,
         directions: SampleDirections,
     ) -> Result<Self, EvaluationError> {
-        let algorithm = match (recipe.estimator(), basis) {
-            (Estimator::Sgd(sgd), _) => FitAlgorithm::SgdAnywhere(*sgd),
-            (estimator, _) if estimator.net().is_some() => {
-                return Err(EvaluationError::OtherDirections);
+        match (recipe.estimator(), basis) {
+            (Estimator::Sgd(sgd), _) => {
+                let sgd = *sgd;
+                let run = move |samples: &[Sample<f32>], _| descend(sgd, samples);
+                Ok(Self::descent((name, sgd.model), directions, run))
             }
+            (estimator, _) if estimator.net().is_some() => Err(EvaluationError::OtherDirections),
             // The rows in the recipe are only valid at the recipe's own directions.
             (Estimator::Ridge { coefficients, .. }, Some(basis)) => {
-                let precision = coefficients.ridge.precision.iter();
-                FitAlgorithm::RidgeAnywhere(precision.collect(), basis)
+                let precision = coefficients.ridge.precision.iter().collect();
+                Ok(Self::ridge(name, basis, precision, directions))
             }
-            (Estimator::Ridge { .. }, None) => return Err(EvaluationError::Basis),
-        };
-        Ok(Self::new(name, directions, algorithm))
+            (Estimator::Ridge { .. }, None) => Err(EvaluationError::Basis),
+        }
+    }
+
+    /// Creates a recipe's fit at random directions. Their number is that of the recipe's pattern.
+    ///
+    /// # Errors
+    /// See [`Method::at_directions`].
+    pub fn meta(recipe: &Recipe<'a>, basis: Option<&'a Basis>) -> Result<Self, EvaluationError> {
+        let directions = SampleDirections::Random(recipe.samples());
+        Self::at_directions(names::META, recipe, basis, directions)
+    }
+
+    /// Reads at other directions than the fit assumes, one for each sample.
+    #[must_use]
+    pub fn measured_at(self, displaced: Vec<Angles<f32>>) -> Self {
+        Self { displaced, ..self }
+    }
+
+    /// Creates a fit by steps on all samples. `run` takes the samples and a seed.
+    fn descent(
+        (name, model): (&'static str, ModelKind),
+        directions: SampleDirections,
+        run: impl Fn(&[Sample<f32>], u64) -> Vec<f32> + Send + Sync + 'a,
+    ) -> Self {
+        Self::new((name, model), directions, move |reader, angles, seed| {
+            let readings = reader.read_all(angles);
+            let weight = 1.0 / (3.0 * readings.len() as f32);
+            let samples = readings.into_iter().map(|(angles, measured)| Sample {
+                at: HalfDifference::from_angles(angles),
+                measured,
+                weight,
+            });
+            Outcome::new(model, run(&samples.collect::<Vec<_>>(), seed), None)
+        })
+    }
+
+    fn ridge(
+        name: &'static str,
+        basis: &'a Basis,
+        precision: Vec<f32>,
+        directions: SampleDirections,
+    ) -> Self {
+        let model = ModelKind::Linear;
+        Self::new((name, model), directions, move |reader, angles, _| {
+            let (angles, readings): (Vec<_>, Vec<_>) = reader.read_all(angles).into_iter().unzip();
+            let values = ComponentsAt::new(basis, angles).fit(&precision, &readings);
+            Outcome::new(model, values, Some(basis))
+        })
     }
 
     /// Creates a fit of a diffuse and a GGX lobe to readings at these directions.
     #[must_use]
     pub fn ggx(pattern: Vec<Angles<f32>>) -> Self {
-        Self::new(
-            names::GGX,
-            SampleDirections::Pattern(pattern),
-            FitAlgorithm::Ggx,
-        )
-    }
-
-    /// Predicts losses by a prior, if the recipe does not.
-    #[must_use]
-    pub fn with_prior(self, prior: CoefficientPrior) -> Self {
-        Self {
-            prior: Some(prior),
-            ..self
-        }
-    }
-
-    /// Reads at other directions than the fit assumes, one for each sample.
-    #[must_use]
-    pub fn measured_at(self, directions: Vec<Angles<f32>>) -> Self {
-        Self {
-            measured: Some(directions),
-            ..self
-        }
-    }
-
-    /// Adds steps of Adam after the fit, with a learning rate of 1e-3 and 512 fresh samples each. A closed-form solution,
-    /// such as that of Linear, is not refined.
-    #[must_use]
-    pub fn with_refinement(self, refinement_steps: usize) -> Self {
-        Self {
-            refinement_steps,
-            ..self
-        }
-    }
-
-    /// Converts coefficients to a BRDF with the recipe's compact basis instead of the whole one, as on a device.
-    ///
-    /// # Errors
-    /// [`EvaluationError::Compact`]
-    pub fn with_compact_basis(self, compact: &'a Basis) -> Result<Self, EvaluationError> {
-        if self.basis().map(Basis::whole_checksum) != Some(compact.whole_checksum()) {
-            return Err(EvaluationError::Compact);
-        }
-        Ok(Self {
-            compact: Some(compact),
-            ..self
+        let name = (names::GGX, ModelKind::CookTorrance);
+        let pattern = SampleDirections::Pattern(pattern);
+        Self::new(name, pattern, |reader, angles, _| {
+            Ok(Outcome {
+                fitted: Box::new(Ggx::fit(&reader.read_all(angles))),
+                values: Vec::new(),
+                prediction: None,
+                seconds: None,
+            })
         })
-    }
-
-    /// Degrades the readings of a scan with a recipe.
-    ///
-    /// # Errors
-    /// [`EvaluationError::DegradationWithoutRecipe`] if the method is not a scan with a recipe,
-    /// [`EvaluationError::NeedsAllReadings`] if readings are missing and the recipe does not tolerate that,
-    /// [`EvaluationError::TooFewReadings`] if the recipe has fewer than `first` samples.
-    pub fn with_degradation(self, degradation: Degradation) -> Result<Self, EvaluationError> {
-        let recipe = match &self.algorithm {
-            FitAlgorithm::Scan(recipe, _) => recipe,
-            FitAlgorithm::Ggx | FitAlgorithm::Adaptive(_) => {
-                return Ok(Self {
-                    degradation,
-                    ..self
-                });
-            }
-            _ => return Err(EvaluationError::DegradationWithoutRecipe),
-        };
-        let has_missing = degradation.first.is_some() || degradation.lost > 0;
-        if has_missing && !recipe.tolerates_missing() {
-            return Err(EvaluationError::NeedsAllReadings);
-        }
-        let samples = recipe.samples();
-        if let Some(first) = degradation.first.filter(|first| *first > samples) {
-            return Err(EvaluationError::TooFewReadings { first, samples });
-        }
-        Ok(Self {
-            degradation,
-            ..self
-        })
-    }
-
-    /// Returns the whole basis of the model Linear.
-    fn basis(&self) -> Option<&'a Basis> {
-        match &self.algorithm {
-            FitAlgorithm::Scan(_, basis) => *basis,
-            FitAlgorithm::RidgeAnywhere(_, basis) => Some(basis),
-            FitAlgorithm::Adaptive(adaptive) => Some(adaptive.basis()),
-            _ => None,
-        }
     }
 
     /// Creates the method Random: Adam from a random start on random samples.
     #[must_use]
     pub fn random(model: ModelKind, samples: usize, steps: usize) -> Self {
         let directions = SampleDirections::Random(samples);
-        Self::new(names::RANDOM, directions, FitAlgorithm::Adam(model, steps))
+        let run = move |samples: &[Sample<f32>], seed| {
+            let kernels = ModelKernels::of(model);
+            kernels.map_or_else(Vec::new, |kernels| {
+                adam::random(kernels, samples, steps, seed)
+            })
+        };
+        Self::descent((names::RANDOM, model), directions, run)
     }
 
     /// Creates the method Optimum: an estimate of the best fit of a model that is fitted by descent. It has converged
@@ -320,9 +295,13 @@ impl<'a> Method<'a> {
     pub fn optimum(model: ModelKind, steps: usize) -> Self {
         let directions = SampleDirections::Converged(0);
         Self::new(
-            names::OPTIMUM,
+            (names::OPTIMUM, model),
             directions,
-            FitAlgorithm::Optimum(model, steps),
+            move |reader, _, seed| {
+                let values = ModelKernels::of(model)
+                    .and_then(|kernels| adam::optimum(kernels, reader.material, steps, seed));
+                Outcome::new(model, values.ok_or(EvaluationError::Diverged)?, None)
+            },
         )
     }
 
@@ -335,9 +314,26 @@ impl<'a> Method<'a> {
         eta: f32,
         directions: SampleDirections,
     ) -> Self {
-        let precision = vec![eta; basis.components()];
-        let algorithm = FitAlgorithm::RidgeAnywhere(precision, basis);
-        Self::new(name, directions, algorithm)
+        Self::ridge(name, basis, vec![eta; basis.components()], directions)
+    }
+
+    /// Adds steps of Adam after the fit, with a learning rate of 1e-3 and 512 fresh samples each. A closed-form solution,
+    /// such as that of Linear, is not refined.
+    #[must_use]
+    pub fn with_refinement(self, steps: usize) -> Self {
+        let (model, run) = (self.model, self.run);
+        let refined = move |reader: &mut Reader<'_>, angles: &[Angles<f32>], seed: u64| {
+            let outcome = run(reader, angles, seed)?;
+            let Some(kernels) = ModelKernels::of(model) else {
+                return Ok(outcome);
+            };
+            let values = adam::refine(kernels, outcome.values, reader.material, steps, seed);
+            Outcome::new(model, values, None)
+        };
+        Self {
+            run: Box::new(refined),
+            ..self
+        }
     }
 
     /// Returns the name in tables, pictures and reports.
@@ -349,14 +345,7 @@ impl<'a> Method<'a> {
     /// Returns the model.
     #[must_use]
     pub fn model(&self) -> ModelKind {
-        match &self.algorithm {
-            FitAlgorithm::Scan(recipe, _) => recipe.model(),
-            FitAlgorithm::Adaptive(adaptive) => adaptive.file().recipe().model(),
-            FitAlgorithm::SgdAnywhere(descent) => descent.model,
-            FitAlgorithm::RidgeAnywhere(..) => ModelKind::Linear,
-            FitAlgorithm::Ggx => ModelKind::CookTorrance,
-            FitAlgorithm::Adam(model, _) | FitAlgorithm::Optimum(model, _) => *model,
-        }
+        self.model
     }
 
     /// Returns the number of samples, n; 0 for the method Optimum.
@@ -383,4 +372,59 @@ impl<'a> Method<'a> {
     pub fn is_random(&self) -> bool {
         matches!(self.directions, SampleDirections::Random(_)) || self.degradation.is_random()
     }
+
+    /// Fits a material. Recipes run as on a device: in f32, with the code of glimpse-core.
+    ///
+    /// # Errors
+    /// See [`EvaluationError`].
+    pub fn fit(&self, material: &dyn Material, seed: u64) -> Result<Outcome, EvaluationError> {
+        self.fit_degraded(&self.degradation, material, seed)
+    }
+
+    /// Fits a material to readings with another degradation.
+    pub(super) fn fit_degraded(
+        &self,
+        degradation: &Degradation,
+        material: &dyn Material,
+        seed: u64,
+    ) -> Result<Outcome, EvaluationError> {
+        let drawn;
+        let (angles, samples): (&[Angles<f32>], usize) = match &self.directions {
+            SampleDirections::Pattern(pattern) => (pattern, pattern.len()),
+            SampleDirections::Chosen(samples) => (&[], *samples),
+            SampleDirections::Random(samples) | SampleDirections::Converged(samples) => {
+                drawn = uniform_valid(*samples, seed);
+                (&drawn, *samples)
+            }
+        };
+        let mut reader = degradation.reader(material, samples, seed);
+        reader.displaced = &self.displaced;
+        (self.run)(&mut reader, angles, seed)
+    }
+}
+
+/// Runs a recipe's SGD at other directions than its own, with the code of glimpse-core but without a scan.
+fn descend(sgd: Sgd<'_>, samples: &[Sample<f32>]) -> Vec<f32> {
+    let Ok(functions) = AnyModel::functions(sgd.model) else {
+        return Vec::new();
+    };
+    let estimator = Estimator::Sgd(sgd);
+    let mut words = vec![0.0; estimator.words(samples.len())];
+    estimator.start(&mut words, Channels::Color);
+    let slots: Vec<Slot> = samples
+        .iter()
+        .map(|sample| slot_of(&sample.at, sample.measured))
+        .collect();
+    let inputs = (
+        Samples::new(&slots, 1.0 / (3.0 * samples.len() as f32)),
+        Channels::Color,
+    );
+    estimator.advance(
+        functions,
+        &mut words,
+        inputs,
+        0,
+        estimator.units(samples.len()),
+    );
+    estimator.values_of(&words).concat()
 }

@@ -3,9 +3,13 @@
 use glimpse_core::recipe::Recipe;
 use glimpse_fitting::recipe::Metadata;
 use glimpse_fitting::route::{Order, Route};
+use glimpse_kernels::scan::scan_with_missing;
 use rayon::prelude::*;
 
-use super::{Degradation, EvaluationError, Evaluator, Method, Outcome};
+use super::EvaluationError;
+use super::evaluator::Evaluator;
+use super::method::Method;
+use super::reader::Degradation;
 
 /// The scan of one material.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -60,7 +64,6 @@ impl Evaluator<'_> {
         &self,
         recipe: &Recipe<'_>,
         method: &Method<'_>,
-        degradation: Degradation,
         target: f64,
         seed: u64,
     ) -> Result<TargetReport, EvaluationError> {
@@ -72,39 +75,35 @@ impl Evaluator<'_> {
             .and_then(|metadata| Route::of_recipe(recipe, &metadata.machine(), Order::Progressive));
         let route = route.ok_or(EvaluationError::Unreachable)?;
         let samples = recipe.samples();
-        let prefixes = (1..=samples).map(|first| {
-            method.clone().with_degradation(Degradation {
-                first: Some(first),
-                ..degradation
-            })
-        });
-        let prefixes = prefixes.collect::<Result<Vec<Method<'_>>, _>>()?;
+        let prefix = |count: usize| Degradation {
+            first: Some(count),
+            ..method.degradation
+        };
         let scan = |index: usize| {
-            let material = &*self.materials[index];
+            let material = &*self.materials()[index];
             let seed = seed.wrapping_add(index as u64);
             let reaches_target = |count: &usize| {
+                let mut reader = prefix(*count).reader(material, samples, seed);
+                let mut read = |index: u16, angles| reader.read(index.into(), angles);
                 // A device continues if the fit fails, is implausible, or has no bound.
-                let result = prefixes[count - 1].scan(recipe, material, seed);
-                result.is_ok_and(|outcome| {
-                    let bound = outcome.prediction.and_then(|each| each.bound);
+                scan_with_missing(recipe, &mut read).is_ok_and(|outcome| {
+                    let bound = outcome.prediction.and_then(|prediction| prediction.bound);
                     let is_low = bound.is_some_and(|bound| f64::from(bound) <= target);
                     is_low && outcome.residual.implausible.is_none()
                 })
             };
             let count = (1..samples).find(reaches_target).unwrap_or(samples);
-            let Outcome {
-                fitted, prediction, ..
-            } = prefixes[count - 1].fit_and_predict(material, seed)?;
+            let outcome = method.fit_degraded(&prefix(count), material, seed)?;
             Ok(TargetScan {
                 name: material.name().to_owned(),
                 readings: count,
                 seconds: route.visits[count - 1].seconds,
                 ended_early: count < samples,
-                loss_bound: prediction.and_then(|prediction| prediction.bound),
-                loss: self.loss(index, &fitted),
+                loss_bound: outcome.prediction.and_then(|prediction| prediction.bound),
+                loss: self.loss(index, &*outcome.fitted),
             })
         };
-        let scans = (0..self.materials.len()).into_par_iter().map(scan);
+        let scans = (0..self.materials().len()).into_par_iter().map(scan);
         let scans = scans.collect::<Result<Vec<TargetScan>, EvaluationError>>()?;
         let early: Vec<&TargetScan> = scans.iter().filter(|scan| scan.ended_early).collect();
         let mean = |list: &[&TargetScan], value: &dyn Fn(&TargetScan) -> f64| {

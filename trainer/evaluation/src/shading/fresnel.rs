@@ -6,7 +6,7 @@ pub(super) fn schlick_weight(cosine: f64) -> f64 {
 }
 
 /// Returns Schlick's approximation with these reflectances at normal and at grazing incidence.
-pub(super) fn schlick(normal: f64, grazing: f64, cosine: f64) -> f64 {
+pub(crate) fn schlick(normal: f64, grazing: f64, cosine: f64) -> f64 {
     normal + (grazing - normal) * schlick_weight(cosine)
 }
 

@@ -19,6 +19,9 @@ mod principled;
 mod sphere_mesh;
 mod write;
 
+pub(crate) use cosines::Cosines;
 pub use fit::{ShadingError, fit};
+pub(crate) use fresnel::schlick;
+pub(crate) use microfacets::separable_lobe;
 pub use model::{Shading, ShadingModel};
 pub use parameter::Parameter;

@@ -115,31 +115,6 @@ mod tests {
         }
     }
 
-    /// A layer with the index of air has no effect. One with a large index reflects light, and the base receives less.
-    #[test]
-    fn layers_take_light_from_base() {
-        let at_index = |index: f64| {
-            let values = [0.5, 0.5, 0.5, 0.0, 1.0, 0.0, 0.0, 0.0, 0.4, index, 0.0, 0.2];
-            brdf(&values, &AT)[0] * PI / 0.5
-        };
-        let [weak, usual, strong] = [1.05, 1.5, 3.0].map(at_index);
-        assert!((0.9..1.0).contains(&weak), "{weak}");
-        assert!(
-            weak > usual && usual > strong && strong > 0.5,
-            "{usual} {strong}"
-        );
-    }
-
-    #[test]
-    fn metal_has_no_diffuse_light() {
-        let values = [0.9, 0.6, 0.3, 1.0, 1.0, 1.0, 1.0, 1.0, 0.3, 1.5, 0.0, 0.2];
-        let far = Cosines { half: 0.2, ..AT };
-        let [red, ..] = brdf(&values, &far);
-        assert!(red < 1e-2, "{red}");
-        let [red, green, blue] = brdf(&values, &Cosines { half: 1.0, ..AT });
-        assert!((green / red - 0.6 / 0.9).abs() < 0.1 && (blue / red - 0.3 / 0.9).abs() < 0.1);
-    }
-
     /// A coat adds its own highlight, and darkens a diffuse base: dark colors more than white.
     #[test]
     fn coat_darkens_base() {

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::cosines::Cosines;
 use super::fresnel::{dielectric, normal_reflectance, schlick, schlick_weight};
-use super::microfacets::{distribution, separable_shadowing};
+use super::microfacets::{separable_lobe, separable_shadowing};
 use super::parameter::Role::{BaseColor, Coat, Metallic, Other, Roughness};
 use super::parameter::{MIN_ROUGHNESS, Parameter};
 
@@ -63,8 +63,7 @@ pub(super) fn brdf(values: &[f64], at: &Cosines) -> [f64; 3] {
     let index = 2.0 / (1.0 - (0.08 * specular).sqrt()) - 1.0;
 
     let alpha = roughness * roughness;
-    let mirrors = distribution(alpha, at.half) * separable_shadowing(alpha, at)
-        / (4.0 * at.light * at.sensor);
+    let mirrors = separable_lobe(alpha, at);
     let plain = (1.0 - spec_tint) * dielectric(index, at.difference);
 
     let coat = clearcoat * coat(clearcoat_gloss, at);

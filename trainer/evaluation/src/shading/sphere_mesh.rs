@@ -1,69 +1,23 @@
-//! A unit sphere as triangles.
+//! A unit sphere as a strip of triangles.
 
 use std::f32::consts::{PI, TAU};
 
-/// The number of rings of triangles, and of vertices around the axis.
+/// The number of rings of triangles.
 const RINGS: u16 = 24;
+/// The number of vertices around the axis, a multiple of 4.
 const SECTORS: u16 = 48;
 
-/// A unit sphere: its normals equal its positions.
-pub(super) struct SphereMesh {
-    pub(super) vertices: Vec<[f32; 3]>,
-    /// Three for each triangle, counterclockwise as seen from outside.
-    pub(super) indices: Vec<u16>,
-}
-
-impl SphereMesh {
-    pub(super) fn new() -> Self {
-        let row = SECTORS + 1;
-        let mut vertices = Vec::new();
-        for ring in 0..=RINGS {
-            for sector in 0..row {
-                let (sine, y) = match ring {
-                    0 => (0.0, 1.0),
-                    RINGS => (0.0, -1.0),
-                    _ => (PI * f32::from(ring) / f32::from(RINGS)).sin_cos(),
-                };
-                // Exactly 1 and -1 at the quarters: the bounds of an accessor must be exact.
-                let (x, z) = match 4 * (sector % SECTORS) / SECTORS {
-                    quarter if sector % (SECTORS / 4) == 0 => {
-                        [(1.0, 0.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 1.0)][usize::from(quarter)]
-                    }
-                    _ => {
-                        let phi = TAU * f32::from(sector) / f32::from(SECTORS);
-                        (phi.cos(), -phi.sin())
-                    }
-                };
-                let sine = if 2 * ring == RINGS { 1.0 } else { sine };
-                let y = if 2 * ring == RINGS { 0.0 } else { y };
-                vertices.push([sine * x, y, sine * z]);
-            }
-        }
-        let mut indices = Vec::new();
-        for ring in 0..RINGS {
-            for sector in 0..SECTORS {
-                let corner = ring * row + sector;
-                let [above, below] = [corner, corner + row];
-                if ring > 0 {
-                    indices.extend([above, below, above + 1]);
-                }
-                if ring < RINGS - 1 {
-                    indices.extend([above + 1, below, below + 1]);
-                }
-            }
-        }
-        Self { vertices, indices }
-    }
-
-    pub(super) fn vertex_bytes(&self) -> Vec<u8> {
-        let numbers = self.vertices.as_flattened().iter();
-        numbers.flat_map(|number| number.to_le_bytes()).collect()
-    }
-
-    pub(super) fn index_bytes(&self) -> Vec<u8> {
-        let indices = self.indices.iter();
-        indices.flat_map(|index| index.to_le_bytes()).collect()
-    }
+/// Returns the vertices of a strip that runs around the axis, ring by ring. They equal their normals.
+pub(super) fn sphere_strip() -> Vec<[f32; 3]> {
+    let vertex = |ring: u16, sector: u16| {
+        let (sine, y) = (PI * f32::from(ring) / f32::from(RINGS)).sin_cos();
+        let (z, x) = (TAU * f32::from(sector % SECTORS) / f32::from(SECTORS)).sin_cos();
+        [sine * x, y, -sine * z]
+    };
+    let columns = (0..RINGS).flat_map(|ring| (0..=SECTORS).map(move |sector| (ring, sector)));
+    columns
+        .flat_map(|(ring, sector)| [vertex(ring, sector), vertex(ring + 1, sector)])
+        .collect()
 }
 
 #[cfg(test)]
@@ -72,27 +26,31 @@ mod tests {
 
     /// The signed volume of the tetrahedra to the center is almost that of a ball.
     #[test]
-    fn triangles_are_closed_and_point_outward() {
-        let mesh = SphereMesh::new();
-        let triangles = mesh.indices.as_chunks::<3>().0.iter();
-        let volume: f32 = triangles
-            .map(|corners| {
-                let [a, b, c] = corners.map(|index| mesh.vertices[usize::from(index)]);
-                let cross = [
-                    b[1] * c[2] - b[2] * c[1],
-                    b[2] * c[0] - b[0] * c[2],
-                    b[0] * c[1] - b[1] * c[0],
-                ];
-                let products = a.iter().zip(cross).map(|(a, cross)| a * cross);
-                let volume = products.sum::<f32>() / 6.0;
-                assert!(volume > 0.0, "{corners:?}");
-                volume
-            })
-            .sum();
+    fn strip_is_closed_and_faces_outward() {
+        let vertices = sphere_strip();
+        let triangles = vertices.windows(3).enumerate().map(|(index, corners)| {
+            let (a, b, c) = (corners[0], corners[1 + index % 2], corners[2 - index % 2]);
+            let cross = [
+                b[1] * c[2] - b[2] * c[1],
+                b[2] * c[0] - b[0] * c[2],
+                b[0] * c[1] - b[1] * c[0],
+            ];
+            let products = a.iter().zip(cross).map(|(a, cross)| a * cross);
+            products.sum::<f32>() / 6.0
+        });
+        let volumes: Vec<f32> = triangles.collect();
+        assert!(volumes.iter().all(|volume| *volume > -1e-9));
+        let volume: f32 = volumes.iter().sum();
         assert!((volume / (4.0 / 3.0 * PI) - 1.0).abs() < 0.02, "{volume}");
-        for vertex in &mesh.vertices {
+        for vertex in &vertices {
             let square: f32 = vertex.iter().map(|x| x * x).sum();
             assert!((square - 1.0).abs() < 1e-6, "{vertex:?}");
+        }
+        // The bounds that the file states.
+        for axis in 0..3 {
+            let of_axis = || vertices.iter().map(|vertex| vertex[axis]);
+            let bounds = (of_axis().fold(0.0, f32::min), of_axis().fold(0.0, f32::max));
+            assert_eq!(bounds, (-1.0, 1.0));
         }
     }
 }

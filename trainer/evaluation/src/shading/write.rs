@@ -5,7 +5,7 @@ use base64::prelude::BASE64_STANDARD;
 use serde_json::{Map, Value, json};
 
 use super::model::{Shading, ShadingModel};
-use super::sphere_mesh::SphereMesh;
+use super::sphere_mesh::sphere_strip;
 use crate::metrics::Metrics;
 
 impl ShadingModel {
@@ -75,9 +75,9 @@ impl Shading {
             };
             group.insert(name.into(), value);
         }
-        let mesh = SphereMesh::new();
-        let (vertices, indices) = (mesh.vertex_bytes(), mesh.index_bytes());
-        let bytes = [&vertices[..], &indices].concat();
+        let vertices = sphere_strip();
+        let numbers = vertices.as_flattened().iter();
+        let bytes: Vec<u8> = numbers.flat_map(|number| number.to_le_bytes()).collect();
         let data = BASE64_STANDARD.encode(&bytes);
         json!({
             "asset": { "version": "2.0", "generator": generator() },
@@ -87,8 +87,8 @@ impl Shading {
             "nodes": [{ "mesh": 0, "name": material }],
             "meshes": [{ "primitives": [{
                 "attributes": { "POSITION": 0, "NORMAL": 0 },
-                "indices": 1,
                 "material": 0,
+                "mode": 5,
             }] }],
             "materials": [{
                 "name": material,
@@ -99,31 +99,15 @@ impl Shading {
                 },
                 "extras": { "loss": metrics.loss, "delta_e": metrics.delta_e },
             }],
-            "accessors": [
-                {
-                    "bufferView": 0,
-                    "componentType": 5126,
-                    "count": mesh.vertices.len(),
-                    "type": "VEC3",
-                    "min": [-1.0, -1.0, -1.0],
-                    "max": [1.0, 1.0, 1.0],
-                },
-                {
-                    "bufferView": 1,
-                    "componentType": 5123,
-                    "count": mesh.indices.len(),
-                    "type": "SCALAR",
-                },
-            ],
-            "bufferViews": [
-                { "buffer": 0, "byteLength": vertices.len(), "target": 34962 },
-                {
-                    "buffer": 0,
-                    "byteOffset": vertices.len(),
-                    "byteLength": indices.len(),
-                    "target": 34963,
-                },
-            ],
+            "accessors": [{
+                "bufferView": 0,
+                "componentType": 5126,
+                "count": vertices.len(),
+                "type": "VEC3",
+                "min": [-1.0, -1.0, -1.0],
+                "max": [1.0, 1.0, 1.0],
+            }],
+            "bufferViews": [{ "buffer": 0, "byteLength": bytes.len(), "target": 34962 }],
             "buffers": [{
                 "byteLength": bytes.len(),
                 "uri": format!("data:application/octet-stream;base64,{data}"),
@@ -168,9 +152,10 @@ fn to_text(value: &Value) -> String {
 fn identifier(name: &str) -> String {
     let allowed = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
     let name: String = name.chars().map(allowed).collect();
-    match name.starts_with(|c: char| c.is_ascii_alphabetic()) {
-        true => name,
-        false => format!("material_{name}"),
+    if name.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        name
+    } else {
+        format!("material_{name}")
     }
 }
 

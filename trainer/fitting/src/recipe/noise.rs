@@ -1,8 +1,11 @@
-//! The noise of readings in training.
+//! The noise of readings.
 
+use glimpse_materials::quantize;
+use rand::Rng;
+use rand_distr::StandardNormal;
 use serde::Serialize;
 
-/// The noise of readings in training, independent for each channel.
+/// The noise of readings, independent for each channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Noise {
     /// The standard deviation relative to the reading, 0 or more.
@@ -12,4 +15,25 @@ pub struct Noise {
     /// The number of levels of the sensor from darkness to a white surface (BRDF 1/π) that faces the light; 0 without
     /// quantization.
     pub levels: u32,
+}
+
+impl Noise {
+    /// Returns true if readings vary.
+    #[must_use]
+    pub fn is_random(&self) -> bool {
+        self.multiplicative > 0.0 || self.additive > 0.0
+    }
+
+    /// Returns a noisy reading of a BRDF (sr⁻¹, not times the cosine) at a direction with this cosine of theta_i.
+    pub fn read(&self, brdf: [f32; 3], cos_theta_i: f32, random: &mut impl Rng) -> [f32; 3] {
+        brdf.map(|mut value| {
+            if self.is_random() {
+                let [multiplicative, additive]: [f32; 2] =
+                    [(); 2].map(|()| random.sample(StandardNormal));
+                value *= 1.0 + self.multiplicative * multiplicative;
+                value += self.additive * additive;
+            }
+            quantize(value, cos_theta_i, self.levels)
+        })
+    }
 }

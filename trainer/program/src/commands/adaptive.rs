@@ -7,6 +7,7 @@ use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use glimpse_core::geometry::Angles;
 use glimpse_evaluation::evaluation::Adaptive;
+use glimpse_fitting::linear::Candidates;
 use glimpse_fitting::measurement::NamedRecipe;
 use glimpse_fitting::route::{Machine, MachineArgs, Position, stops};
 
@@ -92,9 +93,14 @@ impl Request {
     pub(crate) fn scans(&self) -> anyhow::Result<Adaptive<'_>> {
         let basis = self.any.basis.as_deref();
         let basis = basis.with_context(|| format!("{} has no basis", self.any.name))?;
-        let limits = &self.machine.limits;
-        let (begin, position) = (self.begin.clone(), self.position.clone());
-        let any = (&*self.any.file, basis, self.any.prior.clone());
-        Ok(Adaptive::new(any, begin, self.samples, limits, position))
+        Ok(Adaptive {
+            file: &self.any.file,
+            basis,
+            prior: self.any.prior.clone(),
+            candidates: Candidates::new(basis, &self.machine.limits),
+            begin: self.begin.clone(),
+            samples: self.samples,
+            position: self.position.clone(),
+        })
     }
 }

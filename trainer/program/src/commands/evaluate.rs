@@ -18,7 +18,6 @@ use super::geometry::GeometryArgs;
 use super::lock::Lock;
 use super::output::create_out_folder;
 use super::progress::StepProgress;
-use super::training_overlap::training_overlaps;
 use super::{load, numbers, print, print_json};
 use crate::report::Page;
 
@@ -94,7 +93,6 @@ const DEFAULT_SEEDS: u64 = 5;
 
 impl Evaluate {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        let degradation = self.degradation;
         self.refuse_unused_options()?;
         let compact = self
             .basis
@@ -110,8 +108,11 @@ impl Evaluate {
             });
         let recipes = recipes.collect::<anyhow::Result<Vec<_>>>()?;
         for named in &recipes {
-            let samples = named.file.recipe().samples();
-            degradation.validate(self.adaptive.samples().unwrap_or(samples))?;
+            let recipe = named.file.recipe();
+            match self.adaptive.samples() {
+                Some(samples) => self.degradation.validate(samples, None)?,
+                None => self.degradation.validate(recipe.samples(), Some(&recipe))?,
+            }
         }
         let adaptive = recipes.iter().map(|named| self.adaptive.request(named));
         let adaptive = adaptive.collect::<anyhow::Result<Vec<_>>>()?;
@@ -124,30 +125,29 @@ impl Evaluate {
             let recipe = named.file.recipe();
             let mut method = match adaptive {
                 Some(adaptive) => Method::adaptive(adaptive.scans()?),
-                None => Method::with_recipe(&recipe, named.basis.as_deref())?
-                    .with_prior(named.prior.clone()),
+                None => {
+                    let basis = compact.as_ref().or(named.basis.as_deref());
+                    Method::with_prior(&recipe, basis, Some(named.prior.clone()))?
+                }
             };
-            if degradation != Degradation::default() {
-                method = method.with_degradation(degradation)?;
-            }
-            if let Some(compact) = &compact {
-                method = method.with_compact_basis(compact)?;
-            }
+            method.degradation = self.degradation;
             let progress = StepProgress::new("evaluating", materials.len());
             let (on_done, cancel) = (|| progress.increment(), AtomicBool::new(false));
             let seeds = self.seeds.unwrap_or(DEFAULT_SEEDS);
             let report =
                 evaluator.evaluate_with_progress(&method, seed, seeds, &on_done, &cancel)?;
             drop(progress);
-            let target = self.target.map(|target| {
-                evaluator.evaluate_target(&recipe, &method, degradation, target, seed)
-            });
-            let trained_on = TrainingMaterials::from_recipe(&recipe)?;
+            let report = match TrainingMaterials::from_recipe(&recipe)? {
+                Some(trained_on) => report.with_overlaps(&trained_on, &materials),
+                None => report,
+            };
+            let target = self
+                .target
+                .map(|target| evaluator.evaluate_target(&recipe, &method, target, seed));
             reports.push(RecipeReport::new(
                 path.display().to_string(),
                 &recipe,
                 report,
-                training_overlaps(trained_on.as_ref(), &materials),
                 target.transpose()?,
             )?);
             let name = path.display().to_string();

@@ -5,11 +5,10 @@ use glimpse_evaluation::evaluation::{Estimate, Report, TargetReport, TrainingOve
 use glimpse_evaluation::metrics::METRICS;
 use glimpse_fitting::recipe::expected_loss::ValidatedLoss;
 use glimpse_fitting::recipe::{Metadata, MetadataError};
-use glimpse_training::loss_predictor::rank_correlation;
 use serde::Serialize;
 
 use super::expected_loss::expected_loss;
-use super::training_overlap::{Overlaps, warnings};
+use super::training_overlap::warnings;
 use crate::report::{Cell, Column, Table, metric_columns};
 
 /// The evaluation of a recipe.
@@ -19,7 +18,6 @@ pub(super) struct RecipeReport {
     recipe: String,
     #[serde(flatten)]
     report: Report,
-    prediction: Option<Prediction>,
     /// The expected loss that the recipe states.
     promise: Option<ValidatedLoss>,
     /// The same as text.
@@ -28,34 +26,6 @@ pub(super) struct RecipeReport {
     /// Scans that end at a target loss.
     #[serde(skip_serializing_if = "Option::is_none")]
     target: Option<TargetReport>,
-    /// Names of materials that are training materials; None if those are unknown.
-    trained_on: Option<Vec<String>>,
-    /// Names of materials that only share their name with a training material.
-    namesakes_trained_on: Option<Vec<String>>,
-    /// Unseen materials; None if all materials, or none, are unseen.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    new: Option<UnseenLoss>,
-    #[serde(skip)]
-    overlaps: Option<Overlaps>,
-}
-
-/// The losses that the recipe predicts.
-#[derive(Serialize)]
-struct Prediction {
-    /// Mean over the materials.
-    loss: f64,
-    /// Rank correlation of predicted and true losses.
-    rank_correlation: Option<f64>,
-    /// Share of materials whose loss does not exceed its bound.
-    bound_coverage: Option<f64>,
-}
-
-/// The mean loss over unseen materials.
-#[derive(Serialize)]
-struct UnseenLoss {
-    materials: usize,
-    loss: f64,
-    loss_standard_error: Option<f64>,
 }
 
 impl RecipeReport {
@@ -66,64 +36,26 @@ impl RecipeReport {
     pub(super) fn new(
         path: String,
         recipe: &Recipe<'_>,
-        mut report: Report,
-        overlaps: Option<Overlaps>,
+        report: Report,
         target: Option<TargetReport>,
     ) -> Result<Self, MetadataError> {
         let stated_loss = expected_loss(recipe)?;
-        let losses = report.losses();
-        let prediction = report.predicted_losses().map(|predicted| Prediction {
-            loss: Estimate::from_values(&predicted).mean,
-            rank_correlation: rank_correlation(&predicted, &losses),
-            bound_coverage: report.bound_coverage(),
-        });
-        let names = |kind: TrainingOverlap| {
-            let all = overlaps.as_ref()?.iter().zip(&report.materials);
-            let of_kind = all.filter(|(overlap, _)| **overlap == Some(kind));
-            Some(of_kind.map(|(_, each)| each.name.clone()).collect())
-        };
-        let trained_on = names(TrainingOverlap::SameBrdf);
-        let namesakes_trained_on = names(TrainingOverlap::SameName);
-        let mut new = None;
-        if let Some(overlaps) = &overlaps {
-            let pairs = losses.iter().zip(overlaps);
-            let unseen = pairs.filter(|(_, overlap)| overlap.is_none());
-            let unseen: Vec<f64> = unseen.map(|(loss, _)| *loss).collect();
-            if !unseen.is_empty() && unseen.len() < losses.len() {
-                let estimate = Estimate::from_values(&unseen);
-                new = Some(UnseenLoss {
-                    materials: unseen.len(),
-                    loss: estimate.mean,
-                    loss_standard_error: estimate.standard_error,
-                });
-            }
-            for (material, overlap) in report.materials.iter_mut().zip(overlaps) {
-                material.trained_on = Some(*overlap == Some(TrainingOverlap::SameBrdf));
-            }
-        }
         Ok(Self {
             recipe: path,
             report,
-            prediction,
             promise: Metadata::of(recipe)?.expected_loss,
             stated_loss,
             target,
-            trained_on,
-            namesakes_trained_on,
-            new,
-            overlaps,
         })
-    }
-
-    fn names(&self) -> Vec<&str> {
-        let materials = self.report.materials.iter();
-        materials.map(|material| &material.name[..]).collect()
     }
 
     /// Returns remarks about training materials, predicted losses and the stated loss.
     fn remarks(&self) -> Vec<String> {
-        let mut remarks = warnings(self.overlaps.as_deref(), &self.names());
-        if let Some(new) = &self.new {
+        let report = &self.report;
+        let materials = report.materials.iter();
+        let overlaps = materials.map(|material| Some((&material.name[..], material.overlap?)));
+        let mut remarks = warnings(&overlaps.collect());
+        if let Some(new) = &report.new {
             let error = new.loss_standard_error;
             let error = error.map_or(String::new(), |error| {
                 format!(" (standard error {error:.4})")
@@ -133,7 +65,7 @@ impl RecipeReport {
                 new.materials, new.loss
             ));
         }
-        if let Some(prediction) = &self.prediction {
+        if let Some(prediction) = &report.prediction {
             let rank = prediction.rank_correlation.map_or(String::new(), |rank| {
                 format!("; rank correlation of predicted and true losses: {rank:.2}")
             });
@@ -159,16 +91,11 @@ impl RecipeReport {
         let report = &self.report;
         let mut columns = vec![Column::text("material")];
         columns.extend(METRICS.map(|metric| Column::plain(metric.title, metric.decimals)));
-        let has_bound = self
-            .prediction
-            .as_ref()
-            .map(|each| each.bound_coverage.is_some());
-        columns.extend(has_bound.map(|_| Column::plain("predicted loss", 4)));
-        columns.extend(
-            has_bound
-                .filter(|has| *has)
-                .map(|_| Column::plain("at most", 4)),
-        );
+        if let Some(prediction) = &report.prediction {
+            columns.push(Column::plain("predicted loss", 4));
+            let bound = prediction.bound_coverage;
+            columns.extend(bound.map(|_| Column::plain("at most", 4)));
+        }
         let predictions = columns.len() - 1 - METRICS.len();
         columns.push(Column::text(""));
         let row = |name: &str, values: [f64; METRICS.len()], predicted: [_; 2], mark: &str| {
@@ -179,13 +106,12 @@ impl RecipeReport {
             row
         };
         let mut rows = Vec::new();
-        for (index, material) in report.materials.iter().enumerate() {
-            let overlap = self.overlaps.as_ref().and_then(|all| all[index]);
-            let mark = match (overlap, material.unlike_training) {
-                (Some(TrainingOverlap::SameBrdf), _) => "training material",
-                (Some(TrainingOverlap::SameName), _) => "same name as a training material",
-                (None, Some(true)) => "unlike the training",
-                (None, _) => "",
+        for material in &report.materials {
+            let mark = match material.overlap {
+                Some(TrainingOverlap::SameBrdf) => "training material",
+                Some(TrainingOverlap::SameName) => "same name as a training material",
+                _ if material.unlike_training == Some(true) => "unlike the training",
+                _ => "",
             };
             let predicted = [material.predicted_loss, material.loss_bound];
             rows.push(row(
@@ -195,7 +121,7 @@ impl RecipeReport {
                 mark,
             ));
         }
-        let predicted = self.prediction.as_ref().map(|each| each.loss);
+        let predicted = report.prediction.as_ref().map(|each| each.loss);
         rows.push(row("mean", report.metrics.values(), [predicted, None], ""));
         let mut text = format!(
             "{} {} n = {}\n{}",

@@ -5,16 +5,15 @@ use std::path::{Path, PathBuf};
 use anyhow::{bail, ensure};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use glimpse_evaluation::evaluation::TrainingMaterials;
+use glimpse_evaluation::evaluation::{TrainingMaterials, TrainingOverlap};
 use glimpse_fitting::recipe::options::Effort;
-use glimpse_materials::Source;
+use glimpse_materials::{Identity, Source};
 
 use super::lock::Lock;
 use super::output::create_out_folder;
 use super::progress::{catch_interrupts, interrupted};
 use super::train::train_to_file;
-use super::training_overlap::{training_overlaps, warnings};
-use super::{load, numbers, print};
+use super::{load, numbers, print, training_overlap};
 use crate::experiment::{self, Experiment, Scope, Settings, Store, TestSet};
 use crate::report::Table;
 
@@ -98,9 +97,10 @@ impl Reproduce {
         };
         let training = load(&self.data)?;
         let test = load(&self.test)?;
-        let trained_on = TrainingMaterials::from_materials(&training);
+        let identities = training.iter().map(|material| Identity::new(&**material));
+        let trained_on: TrainingMaterials = identities.collect();
         for material in &test {
-            if trained_on.overlap(&**material).is_some() {
+            if trained_on.overlap(&**material) != TrainingOverlap::Unseen {
                 bail!(
                     "{} is in both --data and --test: remove it from one of them",
                     material.name()
@@ -110,11 +110,7 @@ impl Reproduce {
         let additional = self.additional.iter().map(load);
         let additional = additional.collect::<anyhow::Result<Vec<_>>>()?;
         for materials in &additional {
-            let names: Vec<&str> = materials.iter().map(|material| material.name()).collect();
-            let overlaps = training_overlaps(Some(&trained_on), materials);
-            for warning in warnings(overlaps.as_deref(), &names) {
-                eprintln!("{warning}");
-            }
+            training_overlap::warn(Some(&trained_on), materials);
         }
         let test = TestSet::new("test".into(), &self.test, &test);
         let additional = self.additional.iter().zip(&additional).zip(1..);

@@ -7,7 +7,8 @@ use std::sync::Arc;
 use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_core::scan::Evidence;
-use glimpse_fitting::scanner::{self, ScanReport, ScannerError, ScannerNoise};
+use glimpse_fitting::recipe::Noise;
+use glimpse_fitting::scanner::{self, ScanReport, ScannerError};
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{FittedMaterial, Material, Source};
 
@@ -77,12 +78,12 @@ impl VirtualScanner {
         let material = self.material.as_ref().map(load_single).transpose()?;
         let materials: Vec<_> = material.into_iter().collect();
         let material = materials.first().map(|material| &**material);
-        let noise = ScannerNoise {
-            deviation: self.noise.unwrap_or_default(),
-            seed,
+        let noise = Noise {
+            multiplicative: self.noise.unwrap_or_default(),
+            ..Noise::default()
         };
         let mut scanner = match material {
-            Some(material) => scanner::VirtualScanner::new(material, noise),
+            Some(material) => scanner::VirtualScanner::new(material, noise, seed),
             None => scanner::VirtualScanner::listener(),
         };
         let mut basis = None;

@@ -180,11 +180,11 @@ impl Key {
             Self::Increase => Some(record.increase),
             Self::Seconds => record.seconds,
             Self::StandardError => report.and_then(|report| report.loss_standard_error),
-            Self::TruthOverPredicted => report.and_then(|report| {
-                let predicted = report.predicted_losses()?;
-                Some(report.losses().iter().sum::<f64>() / predicted.iter().sum::<f64>())
-            }),
-            Self::BoundHolds => report.and_then(Report::bound_coverage),
+            Self::TruthOverPredicted => report
+                .and_then(|report| Some(report.metrics.loss / report.prediction.as_ref()?.loss)),
+            Self::BoundHolds => {
+                report.and_then(|report| report.prediction.as_ref()?.bound_coverage)
+            }
             _ => None,
         };
         value.unwrap_or(f64::NAN)

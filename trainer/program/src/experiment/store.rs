@@ -16,6 +16,7 @@ use glimpse_evaluation::evaluation::{
     Adaptive, Evaluator, LINEAR_OPTIMUM_DIRECTIONS, Method, OPTIMUM_STEPS, Report, SampleDirections,
 };
 use glimpse_fitting::choice::Choice;
+use glimpse_fitting::linear::Candidates;
 use glimpse_fitting::measurement::NamedRecipe;
 use glimpse_fitting::recipe::options::{
     Effort, PretrainedInit, Schedule, TrainedParts, TrainingOptions,
@@ -282,26 +283,32 @@ impl<'a> Store<'a> {
             (Variation::Importance, _) => {
                 let mean_brdf = self.of_training(&self.mean_brdf, MeanBrdf::new)?;
                 let pattern = mean_brdf.samples(case.samples, seed as u32);
-                Method::at_directions("importance", &recipe, basis, pattern)?
+                let directions = SampleDirections::Pattern(pattern);
+                Method::at_directions("importance", &recipe, basis, directions)?
             }
             (Variation::Replaced(count, run), _) => {
                 let pattern: Vec<Angles<f32>> = recipe.pattern().collect();
                 let pattern = replace_samples(&pattern, count, seed.wrapping_add(run << 32));
-                Method::at_directions("replaced", &recipe, basis, pattern)?
+                let directions = SampleDirections::Pattern(pattern);
+                Method::at_directions("replaced", &recipe, basis, directions)?
             }
             (Variation::Readings(instrument, displacement), _) => {
-                Method::with_recipe(&recipe, basis)?
-                    .with_prior(named.prior.clone())
+                Method::with_prior(&recipe, basis, Some(named.prior.clone()))?
                     .measured_at(instrument.directions(displacement.into()))
             }
             (Variation::Chosen(count), _) => {
                 let basis = basis.with_context(|| {
                     format!("{} has no basis: remove it to train it again", named.name)
                 })?;
-                let recipe = (&*named.file, basis, named.prior.clone());
-                let arms = Some(Position::new(Machine::default()));
-                let limits = &Limits::NONE;
-                Method::adaptive(Adaptive::new(recipe, Vec::new(), count, limits, arms))
+                Method::adaptive(Adaptive {
+                    file: &named.file,
+                    basis,
+                    prior: named.prior.clone(),
+                    candidates: Candidates::new(basis, &Limits::NONE),
+                    begin: Vec::new(),
+                    samples: count,
+                    position: Some(Position::new(Machine::default())),
+                })
             }
             (_, Approach::Baseline) => Method::meta(&recipe, basis)?,
             _ => Method::with_recipe(&recipe, basis)?,

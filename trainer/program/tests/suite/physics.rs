@@ -1,10 +1,10 @@
 //! Reciprocity and energy of each model's fits, and of the tables that are exported from them.
 
 use glimpse_evaluation::conversion::{OutputFormat, encode};
-use glimpse_evaluation::evaluation::{Fitted, Method};
+use glimpse_evaluation::evaluation::Method;
 use glimpse_fitting::bundled;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::{FittedMaterial, Material, PhysicalErrors, Source};
+use glimpse_materials::{FittedBrdf, FittedMaterial, Material, PhysicalErrors, Source};
 use rayon::prelude::*;
 
 /// Returns the fit of a bundled recipe to a material.
@@ -13,10 +13,9 @@ fn fit(recipe: &str, material: &dyn Material) -> FittedMaterial {
     let basis = bundled.basis().map(Basis::from_compact_bytes);
     let basis = basis.transpose().expect("a valid basis");
     let method = Method::with_recipe(&bundled.recipe().expect("a recipe"), basis.as_ref());
-    let fitted = method.expect("a method").fit(material, 0);
-    let Fitted::Model(fitted) = fitted.expect("a fit") else {
-        panic!("not a fit of a model");
-    };
+    let method = method.expect("a method");
+    let values = method.fit(material, 0).expect("a fit").values;
+    let fitted = FittedBrdf::new(method.model(), values, basis.as_ref()).expect("a BRDF");
     FittedMaterial::new(recipe.to_owned(), fitted).expect("finite values")
 }
 

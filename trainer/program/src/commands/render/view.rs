@@ -180,10 +180,10 @@ impl View {
             recipe.samples() > 0,
             "the recipe is for readings at any directions, so --material has no scan: give --measurements"
         );
-        let mut read = noise.reader(material, recipe.samples(), seed);
+        let mut reader = noise.reader(material, recipe.samples(), seed);
         let mut readings = Vec::new();
         scan_with_missing(recipe, &mut |index, angles| {
-            let reading = read(index, angles);
+            let reading = reader.read(index.into(), angles);
             readings.push(reading);
             reading
         })?;

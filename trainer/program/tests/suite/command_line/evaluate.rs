@@ -134,8 +134,8 @@ fn marks_training_materials() {
     let report = evaluate_on("procedural:3");
     assert_eq!(report["trained_on"], json!([set[1].name()]));
     assert_eq!(report["namesakes_trained_on"], json!([set[2].name()]));
-    let flags = [0, 1, 2].map(|index| &report["materials"][index]["trained_on"]);
-    assert_eq!(flags, [false, true, false]);
+    let overlaps = [0, 1, 2].map(|index| &report["materials"][index]["overlap"]);
+    assert_eq!(overlaps, ["unseen", "same-brdf", "same-name"]);
     assert_eq!(report["new"]["materials"], 1);
     assert_eq!(report["new"]["loss"], report["materials"][0]["loss"]);
 
@@ -155,7 +155,7 @@ fn marks_training_materials() {
     write_recipe_trained_on(&folder, &[]);
     let report = evaluate_on("procedural:1");
     assert_eq!(report["trained_on"], Value::Null);
-    assert_eq!(report["materials"][0]["trained_on"], Value::Null);
+    assert_eq!(report["materials"][0]["overlap"], Value::Null);
 }
 
 #[test]

@@ -1,15 +1,16 @@
-//! Simulated degradation of readings: missing readings, noise and quantization.
+//! The virtual instrument of evaluations: readings of a material, with noise, quantization and missing readings.
 
 use std::f32::consts::FRAC_1_PI;
 
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::{Material, quantize};
+use glimpse_core::recipe::Recipe;
+use glimpse_fitting::recipe::Noise;
+use glimpse_materials::Material;
+use rand::SeedableRng;
 use rand::seq::SliceRandom;
-use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
 
 use super::EvaluationError;
 
@@ -42,68 +43,106 @@ pub struct Degradation {
 }
 
 impl Degradation {
-    /// Checks that shares are within 0 to 1, and that readings of a recipe with this number of samples remain.
+    /// Checks that shares are within 0 to 1, that readings remain of this number of samples, and that the recipe, if any,
+    /// tolerates missing ones.
     ///
     /// # Errors
-    /// [`EvaluationError::Share`] or [`EvaluationError::NoReadings`].
-    pub fn validate(&self, samples: usize) -> Result<(), EvaluationError> {
+    /// [`EvaluationError::Share`], [`EvaluationError::NoReadings`], [`EvaluationError::NeedsAllReadings`] or
+    /// [`EvaluationError::TooFewReadings`].
+    pub fn validate(
+        &self,
+        samples: usize,
+        recipe: Option<&Recipe<'_>>,
+    ) -> Result<(), EvaluationError> {
         for (name, share) in [("noise", self.noise), ("additive", self.additive)] {
             if !(0.0..=1.0).contains(&share) {
                 return Err(EvaluationError::Share(name, share));
             }
         }
-        let first = self.first.unwrap_or(samples).min(samples);
-        match self.lost < first {
-            true => Ok(()),
-            false => Err(EvaluationError::NoReadings {
-                first,
-                lost: self.lost,
-            }),
+        let first = self.first.unwrap_or(samples);
+        if self.lost >= first.min(samples) {
+            let (first, lost) = (first.min(samples), self.lost);
+            return Err(EvaluationError::NoReadings { first, lost });
         }
+        let has_missing = self.first.is_some() || self.lost > 0;
+        if has_missing && recipe.is_some_and(|recipe| !recipe.tolerates_missing()) {
+            return Err(EvaluationError::NeedsAllReadings);
+        }
+        if first > samples {
+            return Err(EvaluationError::TooFewReadings { first, samples });
+        }
+        Ok(())
     }
 
     /// Returns true if the degradation depends on a seed.
     #[must_use]
     pub fn is_random(&self) -> bool {
-        self.lost > 0 || self.noise > 0.0 || self.additive > 0.0
+        self.lost > 0 || self.sensor_noise().is_random()
     }
 
-    /// Returns a function that reads a material at the samples of a pattern. `samples` is their number.
-    ///
-    /// The function takes a sample's index and angles, and has to be called in increasing order of the index. It returns
-    /// the BRDF in linear RGB, sr^-1, not times the cosine, or None if the reading is missing. The seed determines the
+    fn sensor_noise(&self) -> Noise {
+        Noise {
+            multiplicative: self.noise,
+            additive: self.additive * FRAC_1_PI,
+            levels: self.levels,
+        }
+    }
+
+    /// Returns a reader of a material at the samples of a pattern. `samples` is their number. The seed determines the
     /// dropped readings and the noise.
-    pub fn reader<'m>(
-        self,
-        material: &'m dyn Material,
-        samples: usize,
-        seed: u64,
-    ) -> impl FnMut(u16, Angles<f32>) -> Option<[f32; 3]> + 'm {
+    #[must_use]
+    pub fn reader<'m>(&self, material: &'m dyn Material, samples: usize, seed: u64) -> Reader<'m> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let available = self.first.map_or(samples, |first| first.min(samples));
-        let mut lost: Vec<usize> = (0..available).collect();
+        let mut present = vec![true; self.first.map_or(samples, |first| first.min(samples))];
         // Without lost readings, the noise does not depend on the number of readings.
         if self.lost > 0 {
+            let mut lost: Vec<usize> = (0..present.len()).collect();
             lost.shuffle(&mut random);
-        }
-        lost.truncate(self.lost);
-        move |index, angles| {
-            let index = usize::from(index);
-            if index >= available || lost.contains(&index) {
-                return None;
+            for index in lost.into_iter().take(self.lost) {
+                present[index] = false;
             }
-            let mut brdf = material.at_angles(angles);
-            if self.noise > 0.0 || self.additive > 0.0 {
-                for value in &mut brdf {
-                    let [multiplicative, additive]: [f32; 2] =
-                        [(); 2].map(|()| random.sample(StandardNormal));
-                    *value *= 1.0 + self.noise * multiplicative;
-                    *value += self.additive * FRAC_1_PI * additive;
-                }
-            }
-            let cos_theta_i = HalfDifference::from_angles(angles).cos_theta_i();
-            Some(brdf.map(|value| quantize(value, cos_theta_i, self.levels)))
         }
+        Reader {
+            material,
+            displaced: &[],
+            present,
+            noise: self.sensor_noise(),
+            random,
+        }
+    }
+}
+
+/// A virtual instrument that reads a material.
+pub struct Reader<'m> {
+    /// The material.
+    pub material: &'m dyn Material,
+    /// The directions at which samples are really read, by index; those that are requested if there is none.
+    pub displaced: &'m [Angles<f32>],
+    /// True for each reading that is not missing.
+    present: Vec<bool>,
+    noise: Noise,
+    random: ChaCha8Rng,
+}
+
+impl Reader<'_> {
+    /// Reads a sample, given its index and angles. Call it in increasing order of the index.
+    ///
+    /// Returns the BRDF in linear RGB, sr^-1, not times the cosine, or None if the reading is missing.
+    pub fn read(&mut self, index: usize, angles: Angles<f32>) -> Option<[f32; 3]> {
+        if !*self.present.get(index)? {
+            return None;
+        }
+        let angles = *self.displaced.get(index).unwrap_or(&angles);
+        let cos_theta_i = HalfDifference::from_angles(angles).cos_theta_i();
+        let brdf = self.material.at_angles(angles);
+        Some(self.noise.read(brdf, cos_theta_i, &mut self.random))
+    }
+
+    /// Reads samples at all of these angles, without the missing ones.
+    pub fn read_all(&mut self, angles: &[Angles<f32>]) -> Vec<(Angles<f32>, [f32; 3])> {
+        let readings = angles.iter().enumerate();
+        let readings = readings.map(|(index, angles)| Some((*angles, self.read(index, *angles)?)));
+        readings.flatten().collect()
     }
 }
 
@@ -119,8 +158,8 @@ mod tests {
             theta_d: 0.4,
             phi_d: 1.0,
         };
-        let mut read = degradation.reader(&material, 8, seed);
-        (0..8).map(|index| read(index, angles)).collect()
+        let mut reader = degradation.reader(&material, 8, seed);
+        (0..8).map(|index| reader.read(index, angles)).collect()
     }
 
     #[test]
