@@ -214,9 +214,10 @@ fn sample_count(value: &Bound<'_, PyAny>) -> PyResult<usize> {
     if let Ok(text) = value.extract::<String>() {
         return choose("samples", &text, &[("any", 0)]);
     }
-    match value.extract()? {
-        0 => reject("samples is 0: give 1 to 4096, or \"any\""),
-        count => Ok(count),
+    let count: i64 = value.extract()?;
+    match usize::try_from(count) {
+        Ok(count) if count > 0 => Ok(count),
+        _ => reject(format!("samples is {count}: give 1 to 4096, or \"any\"")),
     }
 }
 

@@ -275,8 +275,7 @@ def test_rejects_invalid_training():
         glimpse.train("phong", 3)
     with pytest.raises(TypeError):
         glimpse.train("phong", [None])
-    with pytest.raises(TypeError):
-        glimpse.train("phong", samples=-1)
+    assert_names(train_error("phong", samples=-1), "samples", -1)
     recipe = glimpse.train("phong", "procedural:3", samples=2, schedule="paper", effort="brief")
     with pytest.raises(glimpse.GlimpseError) as error:
         glimpse.evaluate(recipe, "procedural:2", first=1)
