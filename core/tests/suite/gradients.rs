@@ -122,13 +122,15 @@ proptest! {
     }
 
     #[test]
-    fn phong_matches_formula(list in phong(), variables in variables(), weight in 0.01..1.0f64) {
-        agree_with::<Phong>(&list, variables, weight, reference::phong(&list, place(variables)))?;
-    }
-
-    #[test]
-    fn cook_torrance_matches_formula(list in cook_torrance(), variables in variables(), weight in 0.01..1.0f64) {
-        agree_with::<CookTorrance>(&list, variables, weight, reference::cook_torrance(&list, place(variables)))?;
+    fn models_match_formulas(
+        (phong, cook_torrance, neural) in (phong(), cook_torrance(), neural()),
+        variables in variables(),
+        weight in 0.01..1.0f64,
+    ) {
+        let at = place(variables);
+        agree_with::<Phong>(&phong, variables, weight, reference::phong(&phong, at))?;
+        agree_with::<CookTorrance>(&cook_torrance, variables, weight, reference::cook_torrance(&cook_torrance, at))?;
+        agree_with::<Neural>(&neural, variables, weight, reference::neural(&neural, at).map(|f| f.max(0.0)))?;
     }
 
     #[test]
@@ -159,11 +161,6 @@ proptest! {
         for (f, logit) in CookTorrance::brdf::<f64>(&theta, &sample.at).into_iter().zip(&list) {
             agree(f, logistic(*logit) / PI)?;
         }
-    }
-
-    #[test]
-    fn neural_matches_formula(list in neural(), variables in variables(), weight in 0.01..1.0f64) {
-        agree_with::<Neural>(&list, variables, weight, reference::neural(&list, place(variables)).map(|f| f.max(0.0)))?;
     }
 
     #[test]

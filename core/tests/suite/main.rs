@@ -20,6 +20,7 @@ mod checksum;
 mod documents;
 mod driver;
 mod estimator;
+mod file;
 mod fitted;
 mod forged;
 mod geometry;

@@ -40,61 +40,45 @@ fn assert_bound(name: &str, actual: f64, bound: f64) {
 }
 
 #[test]
-fn exp_error_bound() {
-    let actual = max_error(-87.0, 88.0, |x| {
+fn errors_are_within_bounds() {
+    let [exp, ln, sqrt, sin_cos, atan2] = BOUNDS;
+    let error = max_error(-87.0, 88.0, |x| {
         let x = x as f32;
         relative(math::exp(x), f64::from(x).exp())
     });
-    assert_bound("exp", actual, BOUNDS[0]);
-}
-
-#[test]
-fn ln_error_bound() {
-    let error = by_math!(relative, absolute);
+    assert_bound("exp", error, exp);
     let error_at = |x: f64| {
         let x = x as f32;
-        error(math::ln(x), f64::from(x).ln())
+        by_math!(relative, absolute)(math::ln(x), f64::from(x).ln())
     };
     // All orders of magnitude, and more densely near 1, where the logarithm is 0.
     let everywhere = max_error(-87.0, 88.0, |logarithm| error_at(logarithm.exp()));
-    let actual = everywhere.max(max_error(0.25, 4.0, error_at));
-    assert_bound("ln", actual, BOUNDS[1]);
-}
-
-#[test]
-fn sqrt_error_bound() {
-    let actual = max_error(-87.0, 88.0, |logarithm| {
+    assert_bound("ln", everywhere.max(max_error(0.25, 4.0, error_at)), ln);
+    let error = max_error(-87.0, 88.0, |logarithm| {
         let x = logarithm.exp() as f32;
         relative(math::sqrt(x), f64::from(x).sqrt())
     });
-    assert_bound("sqrt", actual, BOUNDS[2]);
-    assert_eq!(math::sqrt(0.0), 0.0);
-}
-
-#[test]
-fn sin_cos_error_bound() {
-    let actual = max_error(-TAU, TAU, |x| {
+    assert_bound("sqrt", error, sqrt);
+    let error = max_error(-TAU, TAU, |x| {
         let x = x as f32;
         let (sin, cos) = math::sin_cos(x);
         let exact = f64::from(x).sin_cos();
         absolute(sin, exact.0).max(absolute(cos, exact.1))
     });
-    assert_bound("sine and cosine", actual, BOUNDS[3]);
-}
-
-#[test]
-fn atan2_error_bound() {
-    let actual = max_error(-PI, PI, |angle| {
+    assert_bound("sine and cosine", error, sin_cos);
+    let error = max_error(-PI, PI, |angle| {
         let (y, x) = ((0.7 * angle.sin()) as f32, (0.7 * angle.cos()) as f32);
         absolute(math::atan2(y, x), f64::from(y).atan2(f64::from(x)))
     });
-    assert_bound("atan2", actual, BOUNDS[4]);
+    assert_bound("atan2", error, atan2);
+}
+
+#[test]
+fn roots_and_azimuths_of_0() {
+    assert_eq!(math::sqrt(0.0), 0.0);
     assert_eq!(math::atan2(0.0, 0.0), 0.0);
-    assert_eq!(
-        math::atan2(0.0, -0.0),
-        0.0,
-        "an arm at the pole has azimuth 0"
-    );
+    // An arm at the pole has azimuth 0.
+    assert_eq!(math::atan2(0.0, -0.0), 0.0);
     assert_eq!(math::atan2(1.0, 0.0), FRAC_PI_2);
     for (y, x) in [(f32::NAN, 1.0), (1.0, f32::NAN), (f32::NAN, 0.0)] {
         assert!(math::atan2(y, x).is_nan());

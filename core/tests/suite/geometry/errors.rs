@@ -30,30 +30,20 @@ fn rejects_pairs_without_half_vector() {
     }
 }
 
-#[test]
-fn rejects_non_finite_numbers() {
-    for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        for coordinate in 0..3 {
-            let mut broken = UP;
-            broken[coordinate] = number;
-            for (error, pair) in in_either_direction(broken) {
-                assert!(HalfDifference::from_directions(&pair).is_none(), "{pair:?}");
-                assert_eq!(pair.check(), Err(error));
-            }
-        }
-    }
-}
-
-/// An earlier version returned a BRDF of 1e19 for such vectors.
+/// An earlier version returned a BRDF of 1e19 for vectors of other lengths.
 #[test]
 fn rejects_non_unit_vectors() {
+    let mut broken = Vec::new();
+    for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        broken.extend([[number, 0.0, 1.0], [0.0, number, 1.0], [0.0, 0.0, number]]);
+    }
     for length in [0.0, 1e-30, 0.5, 0.9989, 1.0011, 2.0, 1e10, 1e19, f32::MAX] {
-        for direction in [UP, [0.6, 0.0, 0.8], [0.48, -0.64, 0.6]] {
-            for (error, pair) in in_either_direction(direction.map(|x| x * length)) {
-                assert!(HalfDifference::from_directions(&pair).is_none(), "{pair:?}");
-                assert_eq!(pair.check(), Err(error));
-            }
-        }
+        let directions = [UP, [0.6, 0.0, 0.8], [0.48, -0.64, 0.6]];
+        broken.extend(directions.map(|direction| direction.map(|x| x * length)));
+    }
+    for (error, pair) in broken.into_iter().flat_map(in_either_direction) {
+        assert!(HalfDifference::from_directions(&pair).is_none(), "{pair:?}");
+        assert_eq!(pair.check(), Err(error));
     }
     for length in [0.9991, 1.0, 1.0009] {
         for (_, pair) in in_either_direction([0.48, -0.64, 0.6].map(|x| x * length)) {

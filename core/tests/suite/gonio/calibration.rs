@@ -32,7 +32,8 @@ proptest! {
     #[test]
     fn converts_counts_to_brdf(
         theta_i in 0.0..75f32, theta_o in 0.0..75f32, phi in 0.0..180f32,
-        r in 0.0..2f32, g in 0.0..2f32, b in 0.0..2f32, light in any::<bool>(),
+        // Noise may be negative.
+        r in -0.1..2f32, g in -0.1..2f32, b in -0.1..2f32, light in any::<bool>(),
     ) {
         let footprint = if light { Footprint::LightLarger } else { Footprint::SensorLarger };
         let directions = at([theta_i, 0.0, theta_o, phi]);
@@ -66,20 +67,6 @@ proptest! {
             let [back, ..] = quantity.to_brdf([value; 3], &directions).expect("above the horizon");
             prop_assert!(close(back, f), "{quantity}");
         }
-    }
-}
-
-#[test]
-fn keeps_negative_noise() {
-    let directions = at([30.0, 0.0, 30.0, 90.0]);
-    let read = DARK.map(|dark| dark - 1.0);
-    let actual = calibration(&directions, Footprint::LightLarger)
-        .reading(read)
-        .expect("finite");
-    for (channel, value) in actual.brdf.into_iter().enumerate() {
-        let is_valid = close(value, -1.0 / (GAIN[channel] * directions.incoming[2]));
-        assert!(is_valid, "{value}");
-        assert!(value < 0.0);
     }
 }
 

@@ -57,27 +57,6 @@ fn accepts_the_limit_itself() {
     }
 }
 
-/// A limit that is NaN was no limit, also when it was decoded.
-#[test]
-fn not_a_number_limits_everything() {
-    let fields: [fn(&mut Limits); 3] = [
-        |limits| limits.max_theta_i = f32::NAN,
-        |limits| limits.max_theta_o = f32::NAN,
-        |limits| limits.min_separation = f32::NAN,
-    ];
-    for change in fields {
-        let mut limits = limits();
-        change(&mut limits);
-        assert!(limits.check(&at([30.0, 0.0, 40.0, 180.0])).is_err());
-        let mut buffer = [0; 16];
-        let bytes = postcard::to_slice(&limits, &mut buffer).unwrap();
-        assert!(postcard::from_bytes::<Limits>(bytes).is_err());
-    }
-    let mut buffer = [0; 16];
-    let bytes = postcard::to_slice(&limits(), &mut buffer).unwrap();
-    assert_eq!(postcard::from_bytes(bytes), Ok(limits()));
-}
-
 /// Axes that a machine lacks limit its reach.
 #[test]
 fn missing_axes_limit_reach() {
@@ -108,26 +87,38 @@ fn missing_axes_limit_reach() {
     assert_eq!(error.code, ErrorCode::MaxThetaI);
 }
 
+/// An invalid limit is not decoded either. A limit that is NaN was no limit.
 #[test]
 fn names_fields_out_of_range() {
-    let validation_error = |change: &dyn Fn(&mut Limits)| {
-        let mut limits = limits();
-        change(&mut limits);
-        let error = limits.validate().unwrap_err();
-        assert_eq!(error.code, ErrorCode::Limits);
-        error.field
+    const INVALID: [f32; 5] = [f32::NAN, 0.0, -0.1, 1.6, f32::INFINITY];
+    type Set = fn(&mut Limits, f32);
+    let fields: [(&str, Set, [f32; 5]); 3] = [
+        ("limits.max_theta_i", |l, x| l.max_theta_i = x, INVALID),
+        ("limits.max_theta_o", |l, x| l.max_theta_o = x, INVALID),
+        // 2.4 exceeds the sum of the largest polar angles.
+        (
+            "limits.min_separation",
+            |l, x| l.min_separation = x,
+            [f32::NAN, -0.1, 2.4, 3.2, f32::INFINITY],
+        ),
+    ];
+    let decoded = |limits: &Limits| {
+        let mut buffer = [0; 16];
+        let bytes = postcard::to_slice(limits, &mut buffer).unwrap();
+        postcard::from_bytes(bytes)
     };
-    for theta in [f32::NAN, 0.0, -0.1, 1.6, f32::INFINITY] {
-        let field = validation_error(&|l| l.max_theta_i = theta);
-        assert_eq!(field, "limits.max_theta_i");
-        let field = validation_error(&|l| l.max_theta_o = theta);
-        assert_eq!(field, "limits.max_theta_o");
+    for (name, set, invalid) in fields {
+        for x in invalid {
+            let mut limits = limits();
+            set(&mut limits, x);
+            let error = limits.validate().unwrap_err();
+            assert_eq!((error.code, error.field), (ErrorCode::Limits, name));
+            assert!(decoded(&limits).is_err(), "{name} {x}");
+            let reaches = limits.check(&at([30.0, 0.0, 40.0, 180.0])).is_ok();
+            assert!(!(x.is_nan() && reaches), "{name}");
+        }
     }
-    // 2.4 exceeds the sum of the largest polar angles.
-    for separation in [f32::NAN, -0.1, 2.4, 3.2, f32::INFINITY] {
-        let field = validation_error(&|l| l.min_separation = separation);
-        assert_eq!(field, "limits.min_separation");
-    }
+    assert_eq!(decoded(&limits()), Ok(limits()));
     let widest = Limits {
         max_theta_i: FRAC_PI_2,
         max_theta_o: FRAC_PI_2,

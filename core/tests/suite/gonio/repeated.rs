@@ -5,7 +5,7 @@ use glimpse_core::gonio::Repeated;
 use proptest::prelude::*;
 
 #[test]
-fn empty_statistics() {
+fn first_readings() {
     let mut repeated = Repeated::new();
     assert_eq!((repeated.mean(), repeated.variance()), (None, None));
     assert_eq!((repeated.count(), repeated.saturated()), (0, false));
@@ -13,16 +13,11 @@ fn empty_statistics() {
     assert_eq!(repeated.mean(), Some([1.0, -2.0, 3.0]));
     assert_eq!(repeated.variance(), None);
     assert_eq!(Repeated::default(), Repeated::new());
-}
-
-#[test]
-fn one_saturated_reading_marks_mean() {
-    let mut repeated = Repeated::new();
-    for (value, saturated) in [(1.0, false), (2.0, true), (3.0, false)] {
-        repeated.add([value; 3], saturated).expect("finite");
+    // One saturated reading marks the mean.
+    for (saturated, count) in [(true, 2), (false, 3)] {
+        repeated.add([2.0; 3], saturated).expect("finite");
+        assert_eq!((repeated.count(), repeated.saturated()), (count, true));
     }
-    assert!(repeated.saturated());
-    assert_eq!(repeated.count(), 3);
 }
 
 #[test]

@@ -36,29 +36,37 @@ fn implausible_reason(recipe: &[u8], reading: impl Fn(u16) -> Reading) -> Option
     reason
 }
 
-/// The reasons with a recipe of each model.
-fn implausible_reasons(reading: impl Fn(u16) -> Reading) -> [Option<ErrorCode>; 4] {
-    SCAN_RECIPES.map(|bytes| implausible_reason(bytes, &reading))
+/// [`matt`] with a channel that reads 0.
+fn with_dead(index: u16, channel: usize) -> [f32; 3] {
+    let mut brdf = matt(index);
+    brdf[channel] = 0.0;
+    brdf
 }
 
+/// A noisy sensor is plausible. Counts of 8 bits, divided by 255 instead of by the count of the white reference, are near
+/// the full scale.
 #[test]
-fn noisy_sensor_is_plausible() {
-    let actual = implausible_reasons(|index| Reading::new(matt(index)));
-    assert_eq!(actual, [None; 4]);
-    let gray = |index| Reading::monochrome(matt(index)[0]);
-    assert_eq!(implausible_reasons(gray), [None; 4]);
-}
-
-#[test]
-fn negative_readings_are_implausible() {
-    let dark = |_| Reading::monochrome(-0.9);
-    assert_eq!(implausible_reasons(dark), [Some(ErrorCode::Dark); 4]);
-}
-
-#[test]
-fn equal_readings_are_implausible() {
-    let stuck = |_| Reading::new([0.2, 0.1, 0.05]);
-    assert_eq!(implausible_reasons(stuck), [Some(ErrorCode::Repeated); 4]);
+fn implausible_readings_have_reason() {
+    type Sensor = fn(u16) -> [f32; 3];
+    let cases: [(Sensor, Option<ErrorCode>); 8] = [
+        (matt, None),
+        (|index| [matt(index)[0]; 3], None),
+        (|_| [-0.9; 3], Some(ErrorCode::Dark)),
+        (|_| [0.2, 0.1, 0.05], Some(ErrorCode::Repeated)),
+        (|index| with_dead(index, 0), Some(ErrorCode::DeadRed)),
+        (|index| with_dead(index, 1), Some(ErrorCode::DeadGreen)),
+        (|index| with_dead(index, 2), Some(ErrorCode::DeadBlue)),
+        (
+            |index| matt(index).map(|f| (200.0 + 220.0 * f).round() / 255.0),
+            Some(ErrorCode::Albedo),
+        ),
+    ];
+    for (sensor, expected) in cases {
+        for recipe in SCAN_RECIPES {
+            let reason = implausible_reason(recipe, |index| Reading::new(sensor(index)));
+            assert_eq!(reason, expected);
+        }
+    }
 }
 
 /// Readings too far below 0 are clamped for the fit; repeated readings are counted before that.
@@ -79,31 +87,6 @@ fn repeated_readings_are_counted_before_clamping() {
         let residual = scan.fitted().unwrap().residual();
         assert_eq!((residual.repeated, residual.clamped), (7, clamped));
     }
-}
-
-#[test]
-fn dead_channel_is_implausible() {
-    let codes = [
-        ErrorCode::DeadRed,
-        ErrorCode::DeadGreen,
-        ErrorCode::DeadBlue,
-    ];
-    for (channel, code) in codes.into_iter().enumerate() {
-        let reasons = implausible_reasons(|index| {
-            let mut brdf = matt(index);
-            brdf[channel] = 0.0;
-            Reading::new(brdf)
-        });
-        assert_eq!(reasons, [Some(code); 4]);
-    }
-}
-
-/// 8-bit counts, divided by 255 instead of by the count of the white reference. Most of them are near the full scale.
-#[test]
-fn counts_relative_to_full_scale_are_implausible() {
-    let counts =
-        |index: u16| Reading::new(matt(index).map(|f| (200.0 + 220.0 * f).round() / 255.0));
-    assert_eq!(implausible_reasons(counts), [Some(ErrorCode::Albedo); 4]);
 }
 
 /// Readings that belong to other directions: no fit explains them.
