@@ -59,29 +59,16 @@ pub fn color_differences(
 
 #[cfg(test)]
 mod tests {
-    use super::super::image::tests::{distorted, reference};
     use super::*;
-
-    /// Expected values: scikit-image 0.26 on uint8 arrays of the same formulas,
-    /// `deltaE_ciede2000(rgb2lab(a), rgb2lab(b))`.
-    #[test]
-    fn mean_matches_scikit_image() {
-        let (reference, distorted) = (reference(), distorted());
-        let mean = |pixels: std::ops::Range<usize>| {
-            mean_ciede2000(&reference, &distorted, pixels).unwrap()
-        };
-        assert!((mean(0..23 * 17) - 2.176_101_067_436_589).abs() < 1e-9);
-        let pixel = 3 * 23 + 5;
-        assert!((mean(pixel..pixel + 1) - 1.043_777_908_604_462_3).abs() < 1e-9);
-        assert_eq!(mean(0..0), 0.0);
-    }
 
     #[test]
     fn black_and_white_differ_by_100_and_different_sizes_are_rejected() {
         let [black, white] = [0, 255].map(|level| Picture::filled(5, 4, [level; 3]));
         let mean = mean_ciede2000(&black, &white, 0..20).unwrap();
         assert!((mean - 100.0).abs() < 1e-3, "{mean}");
-        assert_eq!(mean_ciede2000(&white, &white, 0..20), Ok(0.0));
+        for pixels in [0..20, 0..0] {
+            assert_eq!(mean_ciede2000(&white, &white, pixels), Ok(0.0));
+        }
         let other = Picture::filled(4, 5, [0; 3]);
         let size = CompareError::Size((5, 4), (4, 5));
         assert_eq!(mean_ciede2000(&black, &other, 0..20), Err(size));

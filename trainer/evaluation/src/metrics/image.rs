@@ -130,60 +130,14 @@ pub(super) fn check_sizes(reference: &Picture, picture: &Picture) -> Result<(), 
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use super::*;
-
-    /// Creates a picture from an integer formula.
-    fn picture(
-        width: usize,
-        height: usize,
-        formula: impl Fn(usize, usize) -> [usize; 3],
-    ) -> Picture {
-        let pixels = (0..width * height)
-            .map(|i| formula(i % width, i / width).map(|channel| (channel % 256) as u8))
-            .collect();
-        Picture {
-            width,
-            height,
-            pixels,
-        }
-    }
-
-    pub(crate) fn reference() -> Picture {
-        picture(23, 17, |x, y| {
-            [9 * x + 3 * y, (x * x + 7 * y) / 3, 255 - 11 * y]
-        })
-    }
-
-    pub(crate) fn distorted() -> Picture {
-        picture(23, 17, |x, y| {
-            [
-                9 * x + 3 * y + (5 * x * y) % 13,
-                (x * x + 7 * y) / 3 + x % 3,
-                255 - 10 * y,
-            ]
-        })
-    }
-
-    /// Expected values: scikit-image 0.26 on uint8 arrays of the same formulas,
-    /// `structural_similarity(a, b, channel_axis=2)`, `mean_squared_error(a / 255, b / 255)`,
-    /// `peak_signal_noise_ratio(a, b)`.
-    #[test]
-    fn matches_scikit_image() {
-        let (reference, distorted) = (reference(), distorted());
-        let similarity = ssim(&reference, &distorted).unwrap();
-        let l2 = mean_squared_error(&reference, &distorted).unwrap();
-        let dssim = (1.0 - similarity) / 2.0;
-        assert!((dssim - 0.004_725_585_333_776_261).abs() < 1e-12, "{dssim}");
-        assert!((l2 - 0.000_681_736_613_205_032_9).abs() < 1e-15, "{l2}");
-        assert!((psnr(l2) - 31.663_833_812_459_07).abs() < 1e-10);
-    }
 
     #[test]
     fn equal_and_opposite_pictures_have_the_smallest_and_the_largest_errors() {
         let [black, white] = [0, 255].map(|level| Picture::filled(7, 7, [level; 3]));
         for (one, other, l2, decibels, similarity) in [
-            (&reference(), &reference(), 0.0, 100.0, 1.0),
+            (&white, &white, 0.0, 100.0, 1.0),
             (&black, &white, 1.0, 0.0, C1 / (PEAK * PEAK + C1)),
         ] {
             let error = mean_squared_error(one, other).unwrap();

@@ -83,26 +83,3 @@ fn integrate(alpha: f64, cosine: f64) -> [f64; 2] {
     }
     sums.map(|sum| sum / f64::from(SAMPLES))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn smooth_microfacets_reflect_like_a_mirror() {
-        for cosine in [0.2, 0.6, 0.95] {
-            let grazing = schlick_weight(cosine);
-            let expected = 0.04 + 0.96 * grazing;
-            let albedo = albedo(0.02, cosine).single(0.04);
-            assert!(
-                (albedo - expected).abs() < 0.02,
-                "{cosine}: {albedo} {expected}"
-            );
-        }
-        // Perfectly reflecting microfacets lose light only by shadowing. The number is that of another program.
-        let rough = albedo(0.95, 0.5);
-        let perfect = rough.single(1.0);
-        assert!((perfect - 0.472).abs() < 0.01, "{perfect}");
-        assert!((perfect * rough.compensation(1.0) - 1.0).abs() < 1e-9);
-    }
-}
