@@ -52,21 +52,6 @@ fn written_files_match_the_brdf() {
     assert!(loss < 0.02, "{loss}");
 }
 
-#[test]
-fn reads_only_files_of_the_same_sample() {
-    let folder = Folder::new();
-    write(&folder, "one", &FunctionMaterial(|_| [0.3; 3]));
-    write(&folder, "other", &FunctionMaterial(|_| [0.1; 3]));
-    folder.write("notes.txt", "notes");
-    folder.write("broken.txt", b"\xff\xfe");
-    for (name, value) in [("one", 0.3), ("other", 0.1)] {
-        let path = folder.at(&format!("{name}_in00.txt"));
-        let read = PabSet::read(&path).expect("the file is read");
-        let loss = loss_between(&read, &FunctionMaterial(move |_| [value; 3]));
-        assert!(loss < 1e-3, "{name}: {loss}");
-    }
-}
-
 /// Returns a file with equal values at outgoing directions up to a theta_o, in degrees, with steps of 10 degrees.
 fn gray(header: &str, theta_i: f64, max_theta_o: u32, value: f64) -> String {
     let header = format!(
@@ -99,49 +84,36 @@ fn brdf(set: &PabSet, theta_i: f64, theta_o: f64) -> f32 {
 
 #[test]
 fn finds_files_of_set_by_names() {
-    let header = |sample: &str| format!("#sample_name \"{sample}\"\n");
     // The samples' names, or none, and the files' names. The last file is of another set.
     for names in [
-        [
-            ("card", "first.dat"),
-            ("card", "second.txt"),
-            ("mat", "third.dat"),
-        ],
-        [
-            ("card_in20", "a.dat"),
-            ("card_in40", "b.dat"),
-            ("mat_in40", "c.dat"),
-        ],
-        [
-            ("m1", "card_20.dat"),
-            ("m2", "card_040.0.dat"),
-            ("m3", "mat_40.dat"),
-        ],
-        [
-            ("", "card1_20.dat"),
-            ("", "card1_40.dat"),
-            ("", "card2_40.dat"),
-        ],
-        [
-            ("", "card_001.dat"),
-            ("", "card_002.dat"),
-            ("", "mat_002.dat"),
-        ],
-        [("", "20.dat"), ("", "40.dat"), ("", "mat.dat")],
-        [("m", "card.020"), ("m", "card.040"), ("m2", "mat.040")],
+        "card:first.dat card:second.txt mat:third.dat",
+        "card_in20:a.dat card_in40:b.dat mat_in40:c.dat",
+        "m1:card_20.dat m2:card_040.0.dat m3:mat_40.dat",
+        ":card1_20.dat :card1_40.dat :card2_40.dat",
+        ":card_001.dat :card_002.dat :mat_002.dat",
+        ":20.dat :40.dat :mat.dat",
+        "m:card.020 m:card.040 m2:mat.040",
     ] {
         let folder = Folder::new();
-        let incidences = names.iter().zip([(20.0, 0.1), (40.0, 0.4), (40.0, 9.0)]);
-        for ((sample, file), (theta_i, value)) in incidences {
-            let sample = if sample.is_empty() {
-                String::new()
-            } else {
-                header(sample)
-            };
-            folder.write(file, gray(&sample, theta_i, 80, value));
-        }
-        let [first, second] = [0, 1].map(|index: usize| folder.at(names[index].1));
-        for path in [&first, &second] {
+        let incidences = [(20.0, 0.1), (40.0, 0.4), (40.0, 9.0)];
+        let files = names
+            .split(' ')
+            .zip(incidences)
+            .map(|(names, (theta_i, value))| {
+                let (sample, file) = names.split_once(':').expect("two names");
+                let header = match sample {
+                    "" => String::new(),
+                    _ => format!("#sample_name \"{sample}\"\n"),
+                };
+                folder.write(file, gray(&header, theta_i, 80, value))
+            });
+        let files: Vec<_> = files.collect();
+        folder.write("notes.txt", "notes");
+        folder.write("broken.txt", b"\xff\xfe");
+        let [first, second, _] = &files[..] else {
+            panic!("{files:?}")
+        };
+        for path in [first, second] {
             let set = PabSet::read(path).expect("the set is read");
             let Coverage::Incidences { files, unknown } = set.coverage() else {
                 panic!("{:?}", set.coverage());
