@@ -1,41 +1,37 @@
 //! Conversions from and to NumPy arrays, and from JSON.
 
-use glimpse_core::geometry::Angles;
+use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_fitting::measurement::angles_from_vectors;
-use numpy::ndarray::{ArrayD, IxDyn};
+use numpy::ndarray::ArrayD;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
+use serde::Serialize;
 use serde_json::Value;
 
-use crate::error::{GlimpseError, reject};
+use crate::error::{Failure, Result, reject};
 
 /// Converts an array of any real type and layout to f64. `name` is the argument's name for error messages.
-pub(crate) fn numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<ArrayD<f64>> {
-    let py = argument.py();
-    let invalid = |reason: String| {
-        GlimpseError::new_err(format!("{name} must be an array of numbers: {reason}"))
+pub(crate) fn numbers(argument: &Bound<'_, PyAny>, name: &str) -> Result<ArrayD<f64>> {
+    let invalid = |reason: String| format!("{name} must be an array of numbers: {reason}");
+    let numpy = argument.py().import("numpy")?;
+    let array = match numpy.call_method1("asarray", (argument,)) {
+        Ok(array) => array,
+        Err(error) => return reject(invalid(error.to_string())),
     };
-    let numpy = py.import("numpy")?;
-    let array = numpy
-        .call_method1("asarray", (argument,))
-        .map_err(|error| invalid(error.to_string()))?;
-    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
-    if !"fiub".contains(&kind) {
-        let dtype = array.getattr("dtype")?.str()?.to_string();
-        return Err(invalid(format!(
+    let dtype = array.getattr("dtype")?;
+    if !"fiub".contains(&dtype.getattr("kind")?.extract::<String>()?) {
+        return reject(invalid(format!(
             "its dtype is {dtype}; convert it to floats"
         )));
     }
     let array = array.call_method1("astype", ("float64",))?;
-    let array: PyReadonlyArrayDyn<'_, f64> = array
-        .extract()
-        .map_err(|_| invalid("NumPy did not return an array".to_owned()))?;
+    let array: PyReadonlyArrayDyn<'_, f64> = array.extract()?;
     Ok(array.as_array().to_owned())
 }
 
 /// Converts an array of shape (n, 3) to rows.
-pub(crate) fn rows(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<[f64; 3]>> {
+pub(crate) fn rows(argument: &Bound<'_, PyAny>, name: &str) -> Result<Vec<[f64; 3]>> {
     let array = numbers(argument, name)?;
     match array.shape() {
         [_, 3] => Ok(triples(&array)),
@@ -64,7 +60,7 @@ impl Pairs {
     pub(crate) fn from_arrays(
         incoming: &Bound<'_, PyAny>,
         outgoing: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Self> {
+    ) -> Result<Self> {
         let array = match outgoing {
             Some(outgoing) => numbers(&stack_pairs(incoming, outgoing)?, "directions")?,
             None => numbers(incoming, "directions")?,
@@ -84,14 +80,17 @@ impl Pairs {
     }
 
     /// The angles of each pair, which must be above the horizon.
-    pub(crate) fn angles(&self) -> PyResult<Vec<Angles<f32>>> {
-        let each = self.pairs.iter().enumerate();
-        let angles = each.map(|(row, [incoming, outgoing])| {
-            angles_from_vectors(*incoming, *outgoing).ok_or_else(|| {
-                GlimpseError::new_err(format!(
-                    "a direction of pair {row} is not above the horizon"
-                ))
-            })
+    pub(crate) fn angles(&self) -> Result<Vec<Angles<f32>>> {
+        let pairs = (0..).zip(&self.pairs);
+        let angles = pairs.map(|(row, [incoming, outgoing])| {
+            angles_from_vectors(*incoming, *outgoing).map_or_else(
+                || {
+                    reject(format!(
+                        "a direction of pair {row} is not above the horizon"
+                    ))
+                },
+                Ok,
+            )
         });
         angles.collect()
     }
@@ -101,7 +100,7 @@ impl Pairs {
 fn stack_pairs<'py>(
     incoming: &Bound<'py, PyAny>,
     outgoing: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyAny>> {
+) -> Result<Bound<'py, PyAny>> {
     for (argument, name) in [(incoming, "incoming"), (outgoing, "outgoing")] {
         let array = numbers(argument, name)?;
         if array.shape().last() != Some(&3) {
@@ -112,28 +111,27 @@ fn stack_pairs<'py>(
         }
     }
     let numpy = incoming.py().import("numpy")?;
-    let arrays = numpy.call_method1("broadcast_arrays", (incoming, outgoing));
-    let arrays = arrays.map_err(|error| {
-        GlimpseError::new_err(format!(
+    match numpy.call_method1("broadcast_arrays", (incoming, outgoing)) {
+        Ok(arrays) => Ok(numpy.call_method1("stack", (arrays, -2))?),
+        Err(error) => reject(format!(
             "incoming and outgoing cannot be broadcast: make their shapes equal ({error})"
-        ))
-    })?;
-    numpy.call_method1("stack", (arrays, -2))
+        )),
+    }
 }
 
 /// Scales vectors to length 1.
-fn normalize(vectors: Vec<[f64; 3]>) -> PyResult<Vec<[f64; 3]>> {
+fn normalize(vectors: Vec<[f64; 3]>) -> Result<Vec<[f64; 3]>> {
     let normalized = vectors.into_iter().enumerate().map(|(index, vector)| {
         let [x, y, z] = vector;
         let length = x.hypot(y).hypot(z);
-        match length.is_finite() && length > 0.0 {
-            true => Ok(vector.map(|entry| entry / length)),
-            false => reject(format!(
-                "the {} vector of pair {} is ({x}, {y}, {z}), which has no direction; pass finite, nonzero vectors",
-                ["incoming", "outgoing"][index % 2],
-                index / 2
-            )),
+        if length.is_finite() && length > 0.0 {
+            return Ok(vector.map(|entry| entry / length));
         }
+        reject(format!(
+            "the {} vector of pair {} is ({x}, {y}, {z}), which has no direction; pass finite, nonzero vectors",
+            ["incoming", "outgoing"][index % 2],
+            index / 2
+        ))
     });
     normalized.collect()
 }
@@ -142,28 +140,18 @@ fn normalize(vectors: Vec<[f64; 3]>) -> PyResult<Vec<[f64; 3]>> {
 pub(crate) fn shape_text(shape: &[usize]) -> String {
     match shape {
         [length] => format!("({length},)"),
-        lengths => format!(
-            "({})",
-            lengths
-                .iter()
-                .map(usize::to_string)
-                .collect::<Vec<_>>()
-                .join(", ")
-        ),
+        lengths => format!("{lengths:?}").replace('[', "(").replace(']', ")"),
     }
 }
 
-/// Converts JSON to dicts, lists, strings and numbers.
-pub(crate) fn to_python<'py>(
-    py: Python<'py>,
-    value: impl Into<Value>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let text = value.into().to_string();
-    py.import("json")?.call_method1("loads", (text,))
+/// Converts a value to dicts, lists, strings and numbers.
+pub(crate) fn to_python(py: Python<'_>, value: impl Serialize) -> Result<Bound<'_, PyAny>> {
+    let text = serde_json::to_string(&value)?;
+    Ok(py.import("json")?.call_method1("loads", (text,))?)
 }
 
 /// Converts Python's numbers, text, lists and arrays to JSON.
-pub(crate) fn from_python(value: &Bound<'_, PyAny>) -> PyResult<Value> {
+pub(crate) fn from_python(value: &Bound<'_, PyAny>) -> Result<Value> {
     let py = value.py();
     // NumPy's numbers and arrays have this method.
     let to_list = py
@@ -173,17 +161,57 @@ pub(crate) fn from_python(value: &Bound<'_, PyAny>) -> PyResult<Value> {
     let text = py
         .import("json")?
         .call_method("dumps", (value,), Some(&options))?;
-    let value = serde_json::from_str(&text.extract::<String>()?);
-    value.map_err(|error| GlimpseError::new_err(error.to_string()))
+    Ok(serde_json::from_str(&text.extract::<String>()?)?)
 }
 
-/// Returns an array with the given shape and entries.
-pub(crate) fn array<'py, T: numpy::Element>(
-    py: Python<'py>,
-    shape: &[usize],
-    numbers: Vec<T>,
-) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
-    let array = ArrayD::from_shape_vec(IxDyn(shape), numbers);
-    let array = array.map_err(|error| GlimpseError::new_err(error.to_string()))?;
-    Ok(PyArrayDyn::from_owned_array(py, array))
+/// Returns the incoming and outgoing unit vectors of angles.
+pub(crate) fn directions_of(angles: Angles<f32>) -> [[f64; 3]; 2] {
+    let pair = HalfDifference::from_angles(angles.map(f64::from)).directions();
+    [pair.incoming, pair.outgoing]
+}
+
+/// An array that is returned to Python: its shape and entries.
+pub(crate) struct Array<T>(Vec<usize>, Vec<T>);
+
+impl<T> Array<T> {
+    /// Creates an array with the given leading axes. The last axis has a given length.
+    pub(crate) fn new(leading: &[usize], last: usize, entries: Vec<T>) -> Self {
+        Self([leading, &[last]].concat(), entries)
+    }
+
+    /// Creates an array of shape (n,).
+    pub(crate) fn list(entries: impl IntoIterator<Item = T>) -> Self {
+        let entries = Vec::from_iter(entries);
+        Self(vec![entries.len()], entries)
+    }
+
+    /// Creates an array of shape (n, columns).
+    pub(crate) fn rows<const N: usize>(rows: impl IntoIterator<Item = [T; N]>) -> Self {
+        let entries: Vec<T> = rows.into_iter().flatten().collect();
+        Self(vec![entries.len() / N, N], entries)
+    }
+}
+
+impl Array<f64> {
+    /// Creates an array of shape (n, 2, 3): incoming and outgoing unit vectors.
+    pub(crate) fn pairs(pairs: impl IntoIterator<Item = [[f64; 3]; 2]>) -> Self {
+        let pairs = Vec::from_iter(pairs);
+        Self(vec![pairs.len(), 2, 3], pairs.concat().concat())
+    }
+
+    /// Creates an array of shape (n, 2, 3) of the directions of angles.
+    pub(crate) fn directions(angles: impl IntoIterator<Item = Angles<f32>>) -> Self {
+        Self::pairs(angles.into_iter().map(directions_of))
+    }
+}
+
+impl<'py, T: numpy::Element> IntoPyObject<'py> for Array<T> {
+    type Target = PyArrayDyn<T>;
+    type Output = Bound<'py, PyArrayDyn<T>>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
+        let array = ArrayD::from_shape_vec(self.0, self.1).map_err(Failure::from)?;
+        Ok(PyArrayDyn::from_owned_array(py, array))
+    }
 }

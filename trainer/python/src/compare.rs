@@ -6,13 +6,21 @@ use glimpse_evaluation::evaluation::compare as compare_brdf;
 use glimpse_evaluation::metrics::Metrics;
 use glimpse_materials::Material;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use rayon::prelude::*;
+use serde::Serialize;
 
-use crate::error::Failure;
+use crate::arrays::to_python;
+use crate::error::Result;
 use crate::interruptible::run_detached;
 use crate::material::PyMaterial;
 use crate::sources::MaterialArgs;
+
+#[derive(Serialize)]
+struct Comparison {
+    name: String,
+    #[serde(flatten)]
+    metrics: Metrics,
+}
 
 /// Compares materials with a reference, as `trainer compare` does. `materials` is a source, a Material, or a list of both.
 ///
@@ -23,31 +31,18 @@ pub(crate) fn compare<'py>(
     py: Python<'py>,
     reference: &Bound<'py, PyMaterial>,
     materials: &Bound<'py, PyAny>,
-) -> PyResult<Vec<Bound<'py, PyDict>>> {
+) -> Result<Bound<'py, PyAny>> {
     let reference: Arc<dyn Material> = reference.get().complete()?;
     let materials = MaterialArgs::parse(materials)?;
     let sources = materials.sources(&[])?;
     let compared = run_detached(py, || {
         let (materials, _) = materials.load(&sources)?;
         let rows = materials.par_iter().map(|material| {
-            let metrics = compare_brdf(&**material, &*reference).map_err(Failure::new)?;
-            Ok((material.name().to_owned(), metrics))
+            let metrics = compare_brdf(&**material, &*reference)?;
+            let name = material.name().to_owned();
+            Ok(Comparison { name, metrics })
         });
-        rows.collect::<Result<Vec<(String, Metrics)>, Failure>>()
+        rows.collect::<Result<Vec<Comparison>>>()
     })?;
-    let rows = compared?.into_iter().map(|(name, metrics)| {
-        let row = PyDict::new(py);
-        row.set_item("name", name)?;
-        for (key, value) in [
-            ("loss", metrics.loss),
-            ("dssim", metrics.dssim),
-            ("l2", metrics.l2),
-            ("psnr", metrics.psnr),
-            ("delta_e", metrics.delta_e),
-        ] {
-            row.set_item(key, value)?;
-        }
-        Ok(row)
-    });
-    rows.collect()
+    to_python(py, compared?)
 }

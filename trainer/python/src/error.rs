@@ -1,10 +1,13 @@
 //! Errors as Python exceptions, with the trainer's messages.
 
 use std::error::Error;
+use std::ffi::CString;
 use std::io;
 
 use glimpse_materials::SourceError;
-use pyo3::exceptions::{PyFileNotFoundError, PyPermissionError, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{
+    PyFileNotFoundError, PyPermissionError, PyRuntimeError, PyUserWarning, PyValueError,
+};
 use pyo3::prelude::*;
 
 pyo3::create_exception!(
@@ -21,10 +24,29 @@ pyo3::create_exception!(
     "Readings that are unlikely to come from a material. The attribute `fit` is the FittedMaterial."
 );
 
+/// The result of a function that Python calls.
+pub(crate) type Result<T> = std::result::Result<T, Failure>;
+
+/// Any error: `?` converts the library's errors to exceptions.
+pub(crate) struct Failure(PyErr);
+
+impl<E: Error + Send + Sync + 'static> From<E> for Failure {
+    fn from(error: E) -> Self {
+        let error: Box<dyn Error + Send + Sync> = Box::new(error);
+        let exception = error.downcast::<PyErr>();
+        Self(exception.map_or_else(|error| to_exception(&*error), |exception| *exception))
+    }
+}
+
+impl From<Failure> for PyErr {
+    fn from(failure: Failure) -> Self {
+        failure.0
+    }
+}
+
 /// Converts a library error to an exception: `FileNotFoundError` for a missing file, `PermissionError` for a file
 /// that cannot be opened, and `GlimpseError` otherwise.
-pub(crate) fn to_exception(error: impl Error + 'static) -> PyErr {
-    let error: &(dyn Error + 'static) = &error;
+fn to_exception(error: &(dyn Error + 'static)) -> PyErr {
     let text = error.to_string();
     if matches!(error.downcast_ref(), Some(SourceError::NotFound(_))) {
         return PyFileNotFoundError::new_err(text);
@@ -41,29 +63,14 @@ pub(crate) fn to_exception(error: impl Error + 'static) -> PyErr {
     }
 }
 
-/// Any error of a computation without the GIL.
-pub(crate) struct Failure(Box<dyn FnOnce() -> PyErr + Send>);
-
-impl Failure {
-    pub(crate) fn new(error: impl Error + Send + 'static) -> Self {
-        Self(Box::new(|| to_exception(error)))
-    }
-}
-
-impl From<PyErr> for Failure {
-    fn from(error: PyErr) -> Self {
-        Self(Box::new(|| error))
-    }
-}
-
-impl From<Failure> for PyErr {
-    fn from(failure: Failure) -> Self {
-        failure.0()
-    }
+/// Warns the user.
+pub(crate) fn warn(py: Python<'_>, text: String) -> Result<()> {
+    let (category, text) = (py.get_type::<PyUserWarning>(), CString::new(text)?);
+    Ok(PyErr::warn(py, &category, &text, 1)?)
 }
 
 /// Rejects the first option that is set, if `unused` is true. `reason` is part of the message.
-pub(crate) fn reject_unused(unused: bool, reason: &str, options: &[(&str, bool)]) -> PyResult<()> {
+pub(crate) fn reject_unused(unused: bool, reason: &str, options: &[(&str, bool)]) -> Result<()> {
     match options.iter().find(|(_, is_set)| unused && *is_set) {
         Some((name, _)) => reject(format!("{name} has no effect: {reason}")),
         None => Ok(()),
@@ -71,8 +78,8 @@ pub(crate) fn reject_unused(unused: bool, reason: &str, options: &[(&str, bool)]
 }
 
 /// Returns a `GlimpseError` with this message.
-pub(crate) fn reject<T>(message: impl Into<String>) -> PyResult<T> {
-    Err(GlimpseError::new_err(message.into()))
+pub(crate) fn reject<T>(message: impl Into<String>) -> Result<T> {
+    Err(Failure(GlimpseError::new_err(message.into())))
 }
 
 /// Converts a panic to an exception, so that it does not abort the interpreter. A panic is a bug in this module.

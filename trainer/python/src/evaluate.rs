@@ -8,7 +8,7 @@ use glimpse_evaluation::evaluation::{
 use pyo3::prelude::*;
 
 use crate::arrays::to_python;
-use crate::error::{Failure, GlimpseError, reject, to_exception};
+use crate::error::{Result, reject};
 use crate::interruptible::run_interruptible;
 use crate::recipe::PyRecipe;
 use crate::sources::MaterialArgs;
@@ -45,7 +45,7 @@ pub(crate) fn evaluate<'py>(
     levels: u32,
     seeds: u64,
     seed: u64,
-) -> PyResult<Bound<'py, PyAny>> {
+) -> Result<Bound<'py, PyAny>> {
     if !(1..=10_000).contains(&seeds) {
         return reject(format!("seeds must be 1 to 10000, not {seeds}"));
     }
@@ -58,12 +58,9 @@ pub(crate) fn evaluate<'py>(
     };
     let recipe = recipe.get();
     let parsed = recipe.recipe();
-    degradation
-        .validate(parsed.samples(), Some(&parsed))
-        .map_err(to_exception)?;
-    let trained_on = TrainingMaterials::from_recipe(&parsed).map_err(to_exception)?;
-    let mut method =
-        Method::with_recipe(&parsed, recipe.0.basis.as_deref()).map_err(to_exception)?;
+    degradation.validate(parsed.samples(), Some(&parsed))?;
+    let trained_on = TrainingMaterials::from_recipe(&parsed)?;
+    let mut method = Method::with_recipe(&parsed, recipe.0.basis.as_deref())?;
     method.degradation = degradation;
     let materials = MaterialArgs::parse(materials)?;
     let sources = materials.sources(&[])?;
@@ -73,18 +70,20 @@ pub(crate) fn evaluate<'py>(
         |stop| {
             let (materials, _) = materials.load(&sources)?;
             if stop.load(Ordering::Relaxed) {
-                return Err(Failure::new(EvaluationError::Stopped));
+                return Err(EvaluationError::Stopped.into());
             }
-            let report = Evaluator::new(&materials)
-                .evaluate_with_progress(&method, seed, seeds, &|| {}, stop)
-                .map_err(Failure::new)?;
-            Ok(match &trained_on {
+            let report = Evaluator::new(&materials).evaluate_with_progress(
+                &method,
+                seed,
+                seeds,
+                &|| {},
+                stop,
+            )?;
+            Result::Ok(match &trained_on {
                 Some(trained_on) => report.with_overlaps(trained_on, &materials),
                 None => report,
             })
         },
     )?;
-    let value = serde_json::to_value(result?);
-    let value = value.map_err(|error| GlimpseError::new_err(error.to_string()))?;
-    to_python(py, value)
+    to_python(py, result?)
 }

@@ -6,16 +6,15 @@ use std::sync::Arc;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_fitting::measurement::{Fit, Readings, Report};
 use glimpse_materials::{FittedMaterial, Material, Viewing};
-use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::arrays::{Pairs, array, to_python};
-use crate::error::{GlimpseError, ImplausibleError, reject, to_exception};
+use crate::arrays::{Array, Pairs, to_python};
+use crate::error::{ImplausibleError, Result, reject};
 use crate::files::write;
 use crate::interruptible::run_detached;
-use crate::material::{Origin, PyMaterial, directions_of};
+use crate::material::{Origin, PyMaterial};
 
 /// A material that `Recipe.fit` fitted to readings, with diagnostics of the fit.
 #[pyclass(extends = PyMaterial, frozen, name = "FittedMaterial", module = "glimpse_brdf")]
@@ -32,16 +31,14 @@ impl PyFittedMaterial {
         readings: Readings,
         name: &str,
         keep_all: bool,
-    ) -> PyResult<Bound<'py, Self>> {
+    ) -> Result<Bound<'py, Self>> {
         if name.is_empty() || name.contains(|c: char| c.is_control() || "/\\".contains(c)) {
             return reject(format!(
                 "name is {name:?}: choose a name that is not empty and has no slashes or control characters"
             ));
         }
-        let fit = run_detached(recipe.py(), || {
-            Fit::new(readings, name.to_owned(), keep_all)
-        })?;
-        let fit = fit.map_err(to_exception)?;
+        let fit = || Fit::new(readings, name.to_owned(), keep_all);
+        let fit = run_detached(recipe.py(), fit)??;
         let base = PyMaterial {
             material: Arc::new(fit.material.clone()),
             in_batches: true,
@@ -52,15 +49,8 @@ impl PyFittedMaterial {
             keep_all,
             recipe: recipe.clone().unbind(),
         };
-        Bound::new(
-            recipe.py(),
-            PyClassInitializer::from(base).add_subclass(fitted),
-        )
-    }
-
-    /// Returns the report on the fit.
-    fn report(&self) -> Report {
-        Report::new(&self.fit, Viewing::default())
+        let fitted = PyClassInitializer::from(base).add_subclass(fitted);
+        Ok(Bound::new(recipe.py(), fitted)?)
     }
 
     fn material(&self) -> &FittedMaterial {
@@ -73,14 +63,14 @@ impl PyFittedMaterial {
     }
 
     /// Returns the fit, or raises `ImplausibleError` if its readings are implausible.
-    pub(crate) fn require_plausible(fitted: Bound<'_, Self>) -> PyResult<Bound<'_, Self>> {
+    pub(crate) fn require_plausible(fitted: Bound<'_, Self>) -> Result<Bound<'_, Self>> {
         let Err(failure) = fitted.get().fit.check_plausible() else {
             return Ok(fitted);
         };
         let error =
             ImplausibleError::new_err(format!("{failure} (the exception's `fit` has the fit)"));
         error.value(fitted.py()).setattr("fit", fitted)?;
-        Err(error)
+        Err(error.into())
     }
 }
 
@@ -95,77 +85,65 @@ impl PyFittedMaterial {
     /// The parameters of the model in its order, float32 of shape (p,). The model linear has m coefficients for red,
     /// then m for green, then m for blue.
     #[getter]
-    fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
-        let values = self.material().fitted().values().to_vec();
-        array(py, &[values.len()], values)
+    fn parameters(&self) -> Array<f32> {
+        Array::list(self.material().fitted().values().iter().copied())
     }
 
     /// The report on the fit: a dict with the keys of the trainer's material.json. `expected_loss` is a dict of the
     /// predicted `loss`, its upper `bound`, which holds for 90 % of materials, and `unlike_training`, or None if it is
     /// unknown. `readings` has the `outliers`, readings that are improbable given the others, worst first.
-    #[getter(report)]
-    fn report_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let report = serde_json::to_value(self.report());
-        to_python(
-            py,
-            report.map_err(|error| GlimpseError::new_err(error.to_string()))?,
-        )
+    #[getter]
+    fn report<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
+        to_python(py, Report::new(&self.fit, Viewing::default()))
     }
 
     /// The directions of the fitted readings: unit vectors, incoming and outgoing, float64 of shape (n, 2, 3).
     #[getter]
-    fn directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let samples = &self.fit.selection.readings.samples;
-        let flat = samples.iter();
-        let flat = flat.flat_map(|sample| directions_of(&sample.angles).concat());
-        array(py, &[samples.len(), 2, 3], flat.collect())
+    fn directions(&self) -> Array<f64> {
+        let samples = self.fit.selection.readings.samples.iter();
+        Array::directions(samples.map(|sample| sample.angles))
     }
 
     /// Returns the standard deviation of the BRDF (linear RGB, sr^-1, not times the cosine), given the readings.
     ///
     /// Directions are those of a call of the material; the result has the shape (..., 3).
     #[pyo3(signature = (incoming, outgoing = None))]
-    fn deviation<'py>(
+    fn deviation(
         &self,
-        py: Python<'py>,
-        incoming: &Bound<'py, PyAny>,
-        outgoing: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        incoming: &Bound<'_, PyAny>,
+        outgoing: Option<&Bound<'_, PyAny>>,
+    ) -> Result<Array<f32>> {
         let pairs = Pairs::from_arrays(incoming, outgoing)?;
         let angles = pairs.angles()?;
         let posterior = &self.fit.selection.posterior;
         let deviations = posterior.deviations(self.material().fitted(), angles);
-        array(py, &[&pairs.shape[..], &[3]].concat(), deviations.concat())
+        Ok(Array::new(&pairs.shape, 3, deviations.concat()))
     }
 
     /// The wavelengths of the bands in nm, float32 of shape (b,), or None if the readings were in RGB.
     #[getter]
-    fn wavelengths<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f32>>>> {
+    fn wavelengths(&self) -> Option<Array<f32>> {
         let bands = self.material().spectrum();
-        let wavelengths = bands.map(|bands| bands.wavelengths().to_vec());
-        let array = wavelengths.map(|nm| array(py, &[nm.len()], nm));
-        array.transpose()
+        bands.map(|bands| Array::list(bands.wavelengths().iter().copied()))
     }
 
     /// Returns the BRDF (sr^-1, not times the cosine) of each band.
     ///
     /// Directions are those of a call of the material; the result has the shape (..., b).
     #[pyo3(signature = (incoming, outgoing = None))]
-    fn spectrum<'py>(
+    fn spectrum(
         &self,
-        py: Python<'py>,
-        incoming: &Bound<'py, PyAny>,
-        outgoing: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        incoming: &Bound<'_, PyAny>,
+        outgoing: Option<&Bound<'_, PyAny>>,
+    ) -> Result<Array<f32>> {
         let Some(bands) = self.material().spectrum() else {
             return reject("the readings were in RGB: pass wavelengths to fit");
         };
         let pairs = Pairs::from_arrays(incoming, outgoing)?;
         let at = pairs.angles()?.into_iter();
         let at: Vec<_> = at.map(HalfDifference::from_angles).collect();
-        let spectra = bands.evaluate(&at);
-        let shape = [&pairs.shape[..], &[bands.wavelengths().len()]].concat();
-        array(py, &shape, spectra.concat())
+        let (spectra, bands) = (bands.evaluate(&at), bands.wavelengths().len());
+        Ok(Array::new(&pairs.shape, bands, spectra.concat()))
     }
 
     /// Writes the material in a format of `Material.save`. If `path` ends in .json and `format` is None, writes the
@@ -180,7 +158,7 @@ impl PyFittedMaterial {
         seed: u64,
         overwrite: bool,
         as_fitted: bool,
-    ) -> PyResult<()> {
+    ) -> Result<()> {
         if path.extension().is_none_or(|extension| extension != "json") || format.is_some() {
             let base = slf.as_super().get();
             return base.save(py, path, format, seed, overwrite, as_fitted);
@@ -190,28 +168,23 @@ impl PyFittedMaterial {
                 "as_fitted has no effect on material.json, which holds parameters: omit it",
             );
         }
-        let this = slf.get();
-        let files = this.fit.files(&path, &this.report());
-        let files = files.map_err(|error| GlimpseError::new_err(error.to_string()))?;
+        let fit = &slf.get().fit;
+        let files = fit.files(&path, &Report::new(fit, Viewing::default()))?;
         write(&files, overwrite)
     }
 
     /// Supports pickle, which stores the recipe and the readings. Unpickling repeats the fit.
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
         let readings = &self.fit.selection.readings;
         let data = postcard::to_stdvec(&(&readings.rows, &readings.quantity));
-        let data = data.map_err(|error| GlimpseError::new_err(error.to_string()))?;
-        let arguments = (
-            self.material().name(),
-            PyBytes::new(py, &data),
-            self.keep_all,
-        );
+        let data = PyBytes::new(py, &data?);
+        let arguments = (self.material().name(), data, self.keep_all);
         let restore = self.recipe.bind(py).getattr("_fit_rows")?;
-        (restore, arguments).into_bound_py_any(py)
+        Ok((restore, arguments).into_bound_py_any(py)?)
     }
 
     fn __repr__(&self) -> String {
-        let used = self.report().readings.used;
+        let used = Report::new(&self.fit, Viewing::default()).readings.used;
         format!(
             "<glimpse_brdf.FittedMaterial of the model {} from {used} readings>",
             self.model()

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 
-use crate::error::panic_exception;
+use crate::error::{Result, panic_exception};
 
 /// Interval at which signals are checked and progress is reported.
 const PERIOD: Duration = Duration::from_millis(20);
@@ -20,7 +20,7 @@ pub(crate) fn run_interruptible<T: Send>(
     py: Python<'_>,
     mut report: impl FnMut(Python<'_>) -> PyResult<()> + Send,
     work: impl FnOnce(&AtomicBool) -> T + Send,
-) -> PyResult<T> {
+) -> Result<T> {
     py.detach(|| {
         let stop = AtomicBool::new(false);
         let stop = &stop;
@@ -43,18 +43,19 @@ pub(crate) fn run_interruptible<T: Send>(
             }
             let result = worker.join().map_err(|payload| panic_exception(&*payload));
             match exception {
-                Some(error) => Err(error),
+                Some(error) => Err(error.into()),
                 // Reports the last progress.
-                None => result.and_then(|result| poll().map(|()| result)),
+                None => {
+                    let result = result?;
+                    poll()?;
+                    Ok(result)
+                }
             }
         })
     })
 }
 
 /// Runs short work of about a second without the GIL. It reports no progress and cannot be interrupted.
-pub(crate) fn run_detached<T: Send>(
-    py: Python<'_>,
-    work: impl FnOnce() -> T + Send,
-) -> PyResult<T> {
+pub(crate) fn run_detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> Result<T> {
     run_interruptible(py, |_| Ok(()), |_| work())
 }

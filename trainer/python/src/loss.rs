@@ -6,14 +6,13 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_materials::Material;
 use glimpse_materials::loss::mean_log_error_of_values;
 use glimpse_materials::loss::{directions as loss_angles, loss_directions};
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use crate::arrays::{array, rows};
-use crate::error::reject;
+use crate::arrays::{Array, rows};
+use crate::error::{Result, reject};
 use crate::interruptible::run_detached;
-use crate::material::{PyMaterial, directions_of};
+use crate::material::PyMaterial;
 
 /// Directions that a thread evaluates at a time.
 const BATCH: usize = 1024;
@@ -24,12 +23,8 @@ const BATCH: usize = 1024;
 /// They are uniform in the Rusinkiewicz angles (theta_h, theta_d, phi_d) over the region where both directions are
 /// above the horizon. They are not uniform over the hemisphere. Every call returns the same directions.
 #[pyfunction]
-pub(crate) fn directions(py: Python<'_>) -> PyResult<Bound<'_, PyArrayDyn<f64>>> {
-    let angles = loss_angles();
-    let flat = angles
-        .iter()
-        .flat_map(|angles| directions_of(angles).concat());
-    array(py, &[angles.len(), 2, 3], flat.collect())
+pub(crate) fn directions() -> Array<f64> {
+    Array::directions(loss_angles())
 }
 
 /// Returns the loss between a reference and a fitted BRDF: the mean over `directions()` and channels of
@@ -42,15 +37,12 @@ pub(crate) fn loss(
     py: Python<'_>,
     reference: &Bound<'_, PyAny>,
     fitted: &Bound<'_, PyAny>,
-) -> PyResult<f64> {
+) -> Result<f64> {
     let directions = loss_directions();
     let reference = Brdf::parse(reference, "reference", directions.len())?;
     let fitted = Brdf::parse(fitted, "fitted", directions.len())?;
     run_detached(py, || {
-        let (reference, fitted) = (
-            reference.evaluate(&directions),
-            fitted.evaluate(&directions),
-        );
+        let [reference, fitted] = [reference, fitted].map(|brdf| brdf.evaluate(&directions));
         mean_log_error_of_values(&fitted, &directions, &reference)
     })
 }
@@ -63,7 +55,7 @@ enum Brdf {
 }
 
 impl Brdf {
-    fn parse(argument: &Bound<'_, PyAny>, name: &str, count: usize) -> PyResult<Self> {
+    fn parse(argument: &Bound<'_, PyAny>, name: &str, count: usize) -> Result<Self> {
         if let Ok(material) = argument.cast::<PyMaterial>() {
             return Ok(Self::Material(material.get().complete()?));
         }
@@ -75,10 +67,8 @@ impl Brdf {
             ));
         }
         for (row, rgb) in values.iter().enumerate() {
-            if let Some(value) = rgb
-                .iter()
-                .find(|value| !(value.is_finite() && **value >= 0.0))
-            {
+            let is_invalid = |value: &&f64| !(value.is_finite() && **value >= 0.0);
+            if let Some(value) = rgb.iter().find(is_invalid) {
                 return reject(format!(
                     "{name}: row {row} holds {value}; a BRDF must be finite and nonnegative: correct the value"
                 ));

@@ -5,7 +5,7 @@ use glimpse_fitting::route::{LimitArgs, MachineArgs, SpeedArgs, axis_speeds};
 use pyo3::prelude::*;
 
 use crate::arrays::numbers;
-use crate::error::reject;
+use crate::error::{Result, reject};
 
 /// A machine with two arms, for `Recipe.plan`, `Recipe.next` and `train`. Defaults are those of the recipe, if it was
 /// trained for a machine.
@@ -31,7 +31,7 @@ impl PyMachine {
         max_theta_o_degrees: Option<f32>,
         min_separation_degrees: Option<f32>,
         in_plane: bool,
-    ) -> PyResult<Self> {
+    ) -> Result<Self> {
         Ok(Self(MachineArgs {
             limits: LimitArgs {
                 max_theta_i: max_theta_i_degrees,
@@ -55,7 +55,7 @@ impl PyMachine {
 }
 
 /// Parses degrees per second: one number for all axes, or one for each.
-fn parse_speeds(speeds: &Bound<'_, PyAny>) -> PyResult<Arms<f64>> {
+fn parse_speeds(speeds: &Bound<'_, PyAny>) -> Result<Arms<f64>> {
     let speeds = numbers(speeds, "speed_degrees_per_second")?;
     let speeds: Vec<f64> = speeds.iter().copied().collect();
     match axis_speeds(&speeds) {

@@ -1,7 +1,7 @@
 //! Materials: evaluation, construction from functions and arrays, and writing.
 
 use std::f64::consts::FRAC_PI_2;
-use std::ffi::{CString, OsString};
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -12,18 +12,16 @@ use glimpse_evaluation::render::render_sphere;
 use glimpse_fitting::measurement::angles_from_vectors;
 use glimpse_materials::{
     self, Bands, Brdf, BrdfWithDerivative, Coverage, Format, Material, MerlTable, PhysicalErrors,
-    Source, SourceError, digest, directional_albedo, table_nodes,
+    Source, digest, directional_albedo, table_nodes,
 };
-use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
-use pyo3::exceptions::{PyTypeError, PyUserWarning};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyType;
 use rayon::prelude::*;
 
-use crate::arrays::{Pairs, array, numbers, rows};
+use crate::arrays::{Array, Pairs, directions_of, numbers, rows};
 use crate::choices::choose;
-use crate::error::{reject, to_exception};
+use crate::error::{Result, reject, warn};
 use crate::files::write;
 use crate::interruptible::run_detached;
 
@@ -58,9 +56,9 @@ pub(crate) enum Origin {
 
 impl PyMaterial {
     /// Reads the materials of a source, and warns of unmeasured directions.
-    fn read_all(py: Python<'_>, source: &Source) -> PyResult<Vec<Self>> {
-        let read = || -> Result<_, SourceError> { Ok((source.load_measured()?, source.paths()?)) };
-        let (materials, paths) = run_detached(py, read)?.map_err(to_exception)?;
+    fn read_all(py: Python<'_>, source: &Source) -> Result<Vec<Self>> {
+        let read = || -> Result<_> { Ok((source.load_measured()?, source.paths()?)) };
+        let (materials, paths) = run_detached(py, read)??;
         for material in &materials {
             warn_of_coverage(py, &**material)?;
         }
@@ -81,8 +79,8 @@ impl PyMaterial {
     ///
     /// # Errors
     /// If its BRDF is unknown at some directions.
-    pub(crate) fn complete(&self) -> PyResult<Arc<dyn Material>> {
-        self.material.require_complete().map_err(to_exception)?;
+    pub(crate) fn complete(&self) -> Result<Arc<dyn Material>> {
+        self.material.require_complete()?;
         Ok(self.material.clone())
     }
 
@@ -128,27 +126,17 @@ impl PyMaterial {
     /// Only this call evaluates the function, at `table_directions()`, up to 65,536 directions at a time. Afterwards
     /// the material interpolates the table; see `table_directions` for the limits of its resolution. The table takes
     /// 35 MB of memory.
-    #[classmethod]
+    #[staticmethod]
     #[pyo3(signature = (function, name))]
-    fn from_function(
-        _class: &Bound<'_, PyType>,
-        py: Python<'_>,
-        function: &Bound<'_, PyAny>,
-        name: String,
-    ) -> PyResult<Self> {
+    fn from_function(py: Python<'_>, function: &Bound<'_, PyAny>, name: String) -> Result<Self> {
         let nodes = run_detached(py, table_nodes)?;
         let mut brdf = Vec::with_capacity(nodes.len());
         for nodes in nodes.chunks(CHUNK) {
-            let pairs: Vec<[[f64; 3]; 2]> = nodes.iter().map(directions_of).collect();
-            let directions = |index: usize| {
-                let flat = pairs.iter().flat_map(|pair| pair[index]).collect();
-                array::<f64>(py, &[pairs.len(), 3], flat)
-            };
-            let (incoming, outgoing) = (directions(0)?, directions(1)?);
-            let values = rows(
-                &function.call1((incoming, outgoing))?,
-                "the function's result",
-            )?;
+            let pairs: Vec<_> = nodes.iter().map(|angles| directions_of(*angles)).collect();
+            let incoming = Array::rows(pairs.iter().map(|[incoming, _]| *incoming));
+            let outgoing = Array::rows(pairs.iter().map(|[_, outgoing]| *outgoing));
+            let values = function.call1((incoming, outgoing))?;
+            let values = rows(&values, "the function's result")?;
             if values.len() != nodes.len() {
                 return reject(format!(
                     "the function's result must have the shape ({}, 3), not ({}, 3)",
@@ -164,14 +152,9 @@ impl PyMaterial {
 
     /// Creates a material from its BRDF at `table_directions()`, an array (n, 3) in their order: linear RGB, sr^-1, not
     /// times the cosine, with NaN for unknown values. Infinite and negative values are rejected.
-    #[classmethod]
+    #[staticmethod]
     #[pyo3(signature = (brdf, name))]
-    fn from_table(
-        _class: &Bound<'_, PyType>,
-        py: Python<'_>,
-        brdf: &Bound<'_, PyAny>,
-        name: String,
-    ) -> PyResult<Self> {
+    fn from_table(py: Python<'_>, brdf: &Bound<'_, PyAny>, name: String) -> Result<Self> {
         let brdf = rows(brdf, "brdf")?.into_iter().map(to_f32).collect();
         material_of_nodes(py, name, brdf)
     }
@@ -184,19 +167,19 @@ impl PyMaterial {
 
     /// The BRDF, float32 of shape (..., 3): linear RGB, sr^-1, not times the cosine.
     #[pyo3(signature = (incoming, outgoing = None))]
-    fn __call__<'py>(
+    fn __call__(
         &self,
-        py: Python<'py>,
-        incoming: &Bound<'py, PyAny>,
-        outgoing: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
-        let Pairs { pairs, mut shape } = Pairs::from_arrays(incoming, outgoing)?;
-        let values = match pairs.len() > BATCH {
-            true => run_detached(py, || self.evaluate(&pairs))?,
-            false => py.detach(|| self.evaluate(&pairs)),
+        py: Python<'_>,
+        incoming: &Bound<'_, PyAny>,
+        outgoing: Option<&Bound<'_, PyAny>>,
+    ) -> Result<Array<f32>> {
+        let Pairs { pairs, shape } = Pairs::from_arrays(incoming, outgoing)?;
+        let values = if pairs.len() > BATCH {
+            run_detached(py, || self.evaluate(&pairs))?
+        } else {
+            py.detach(|| self.evaluate(&pairs))
         };
-        shape.push(3);
-        array(py, &shape, values)
+        Ok(Array::new(&shape, 3, values))
     }
 
     /// Writes the material in another program's format: "merl" (NAME.binary), "rgl" (NAME.bsdf, for Mitsuba 3's
@@ -220,70 +203,56 @@ impl PyMaterial {
         seed: u64,
         overwrite: bool,
         as_fitted: bool,
-    ) -> PyResult<()> {
+    ) -> Result<()> {
         let formats = OutputFormat::ALL.map(|format| (format.name(), format));
         let format = format
             .map(|name| choose("format", name, &formats))
             .transpose()?;
-        let format = OutputFormat::choose(format, &path).map_err(to_exception)?;
+        let format = OutputFormat::choose(format, &path)?;
         let material = self.complete()?;
-        let paths = output_paths(format, &path).map_err(to_exception)?;
+        let paths = output_paths(format, &path)?;
         let name = match format {
-            OutputFormat::Brdf(Format::Pab) => file_name(&path).map_err(to_exception)?,
+            OutputFormat::Brdf(Format::Pab) => file_name(&path)?,
             _ => material.name(),
         };
-        let files = run_detached(py, || encode(&*material, format, name, seed, as_fitted))?
-            .map_err(to_exception)?;
+        let files = run_detached(py, || encode(&*material, format, name, seed, as_fitted))??;
         let bytes = files.files.into_iter().map(|(_, bytes)| bytes);
         write(&paths.into_iter().zip(bytes).collect::<Vec<_>>(), overwrite)?;
         if files.is_changed {
             let before = run_detached(py, || PhysicalErrors::of(&*material))?;
-            let message = format!(
+            let text = format!(
                 "{}: the table is changed to be reciprocal and to have an albedo of at most 1 (reciprocity error {:.3}, \
                  largest albedo {:.3} before); as_fitted=True keeps the BRDF",
                 path.display(),
                 before.reciprocity,
                 before.albedo,
             );
-            let message = CString::new(message)?;
-            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &message, 1)?;
+            warn(py, text)?;
         }
         Ok(())
     }
 
     /// Returns the directional albedo: the share of light from theta_i (radians, any shape) that is reflected, in linear RGB;
     /// the result has the shape (..., 3).
-    fn albedo<'py>(
-        &self,
-        py: Python<'py>,
-        theta_i: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    fn albedo(&self, py: Python<'_>, theta_i: &Bound<'_, PyAny>) -> Result<Array<f32>> {
         let theta_i = numbers(theta_i, "theta_i")?;
-        if !theta_i
-            .iter()
-            .all(|theta| (0.0..=FRAC_PI_2).contains(theta))
-        {
+        let mut angles = theta_i.iter();
+        if !angles.all(|theta| (0.0..=FRAC_PI_2).contains(theta)) {
             return reject("theta_i must be 0 to pi/2, in radians");
         }
-        let material = Arc::clone(&self.material);
-        let shape = [theta_i.shape(), &[3]].concat();
-        let albedos = run_detached(py, move || {
-            let each = theta_i.iter().map(|theta| theta.to_degrees() as f32);
-            let each = each.map(|theta| directional_albedo(&*material, theta));
-            each.collect::<Vec<_>>()
-        })?;
-        array(py, &shape, albedos.concat())
+        let albedo = |theta: &f64| directional_albedo(&*self.material, theta.to_degrees() as f32);
+        let albedos = run_detached(py, || theta_i.iter().flat_map(albedo).collect())?;
+        Ok(Array::new(theta_i.shape(), 3, albedos))
     }
 
     /// Renders a sphere as `trainer render sphere` does: sRGB, uint8 of shape (size, size, 3).
     #[pyo3(signature = (size = 256))]
-    fn render<'py>(&self, py: Python<'py>, size: usize) -> PyResult<Bound<'py, PyArrayDyn<u8>>> {
+    fn render(&self, py: Python<'_>, size: usize) -> Result<Array<u8>> {
         if !(1..=4096).contains(&size) {
             return reject("size must be 1 to 4096 pixels");
         }
-        let material = Arc::clone(&self.material);
-        let picture = run_detached(py, move || render_sphere(&*material, size).tone_map())?;
-        array(py, &[size, size, 3], picture.pixels.concat())
+        let picture = run_detached(py, || render_sphere(&*self.material, size).tone_map())?;
+        Ok(Array::new(&[size, size], 3, picture.pixels.concat()))
     }
 
     /// Returns itself: a material is immutable.
@@ -298,36 +267,32 @@ impl PyMaterial {
 
     /// Supports pickle. A material from a function or an array stores its table. A material from a file stores its
     /// source and is read again from the same path; unpickling fails if the file holds another material.
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
         let class = py.get_type::<Self>();
         let name = self.material.name();
         match &self.origin {
             Origin::Table(table) => {
-                let nodes = run_detached(py, || table.to_nodes())?;
-                let nodes = array(py, &[nodes.len(), 3], nodes.into_flattened())?;
-                (class.getattr("from_table")?, (nodes, name)).into_bound_py_any(py)
+                let nodes = Array::rows(run_detached(py, || table.to_nodes())?);
+                Ok((class.getattr("from_table")?, (nodes, name)).into_bound_py_any(py)?)
             }
             Origin::Source(Some((source, index))) => {
                 let digest = digest(&*self.material);
                 let arguments = (source, index, digest);
-                (class.getattr("_from_source")?, arguments).into_bound_py_any(py)
+                Ok((class.getattr("_from_source")?, arguments).into_bound_py_any(py)?)
             }
-            Origin::Source(None) | Origin::Readings => Err(PyTypeError::new_err(format!(
-                "the material {name} cannot be pickled: the path of its file is not UTF-8; rename the file"
-            ))),
+            Origin::Source(None) | Origin::Readings => {
+                let message = format!(
+                    "the material {name} cannot be pickled: the path of its file is not UTF-8; rename the file"
+                );
+                Err(PyTypeError::new_err(message).into())
+            }
         }
     }
 
     /// Restores a material from its source, its index there, and its digest.
-    #[classmethod]
-    fn _from_source(
-        _class: &Bound<'_, PyType>,
-        py: Python<'_>,
-        source: String,
-        index: usize,
-        digest: u32,
-    ) -> PyResult<Self> {
-        let source: Source = source.parse().map_err(to_exception)?;
+    #[staticmethod]
+    fn _from_source(py: Python<'_>, source: String, index: usize, digest: u32) -> Result<Self> {
+        let source: Source = source.parse()?;
         let materials = Self::read_all(py, &source)?;
         let material = materials.into_iter().nth(index);
         let is_same = |material: &Self| glimpse_materials::digest(&*material.material) == digest;
@@ -347,7 +312,7 @@ impl PyMaterial {
 /// Reads the only material of a source: a file of MERL (*.binary), RGL (*.bsdf), NBRDF (NAME_fc1.npy), PAB-Opto, SSDD or OpenMATERIAL,
 /// a material.json, or "procedural:1:SEED" for a procedural material.
 #[pyfunction]
-pub(crate) fn load_material(py: Python<'_>, source: &Bound<'_, PyAny>) -> PyResult<PyMaterial> {
+pub(crate) fn load_material(py: Python<'_>, source: &Bound<'_, PyAny>) -> Result<PyMaterial> {
     let source = parse_source(source)?;
     let mut materials = PyMaterial::read_all(py, &source)?;
     match (materials.pop(), materials.len()) {
@@ -362,19 +327,16 @@ pub(crate) fn load_material(py: Python<'_>, source: &Bound<'_, PyAny>) -> PyResu
 /// Reads all materials of a source, sorted by name: a folder of such files, or "procedural:COUNT:SEED".
 /// `load_material` lists the formats.
 #[pyfunction]
-pub(crate) fn load_materials(
-    py: Python<'_>,
-    source: &Bound<'_, PyAny>,
-) -> PyResult<Vec<PyMaterial>> {
+pub(crate) fn load_materials(py: Python<'_>, source: &Bound<'_, PyAny>) -> Result<Vec<PyMaterial>> {
     let source = parse_source(source)?;
     PyMaterial::read_all(py, &source)
 }
 
 /// Parses a source from a string or a path.
-pub(crate) fn parse_source(argument: &Bound<'_, PyAny>) -> PyResult<Source> {
+pub(crate) fn parse_source(argument: &Bound<'_, PyAny>) -> Result<Source> {
     let path: OsString = argument.extract::<PathBuf>()?.into_os_string();
     match path.into_string() {
-        Ok(text) => text.parse().map_err(to_exception),
+        Ok(text) => Ok(text.parse()?),
         Err(path) => reject(format!("{} is not UTF-8: rename it", path.display())),
     }
 }
@@ -387,28 +349,13 @@ pub(crate) fn parse_source(argument: &Bound<'_, PyAny>) -> PyResult<Source> {
 /// highlights narrower than a tenth of a degree, and details within a degree of theta_d or phi_d. Within two degrees of
 /// the horizon, it uses the nearest nodes.
 #[pyfunction]
-pub(crate) fn table_directions(py: Python<'_>) -> PyResult<Bound<'_, PyArrayDyn<f64>>> {
-    let (count, flat) = run_detached(py, || {
-        let nodes = table_nodes();
-        let flat: Vec<f64> = nodes
-            .iter()
-            .flat_map(|angles| directions_of(angles).concat())
-            .collect();
-        (nodes.len(), flat)
-    })?;
-    array(py, &[count, 2, 3], flat)
-}
-
-/// Returns the incoming and outgoing unit vectors of angles.
-pub(crate) fn directions_of(angles: &Angles<f32>) -> [[f64; 3]; 2] {
-    let angles = angles.map(f64::from);
-    let pair = HalfDifference::from_angles(angles).directions();
-    [pair.incoming, pair.outgoing]
+pub(crate) fn table_directions(py: Python<'_>) -> Result<Array<f64>> {
+    run_detached(py, || Array::directions(table_nodes()))
 }
 
 /// Returns a material with the given BRDF at the nodes of a table.
-fn material_of_nodes(py: Python<'_>, name: String, brdf: Vec<[f32; 3]>) -> PyResult<PyMaterial> {
-    let table = run_detached(py, || MerlTable::from_nodes(name, &brdf))?.map_err(to_exception)?;
+fn material_of_nodes(py: Python<'_>, name: String, brdf: Vec<[f32; 3]>) -> Result<PyMaterial> {
+    let table = run_detached(py, || MerlTable::from_nodes(name, &brdf))??;
     warn_of_coverage(py, &table)?;
     let table = Arc::new(table);
     Ok(PyMaterial {
@@ -423,13 +370,12 @@ fn to_f32(rgb: [f64; 3]) -> [f32; 3] {
 }
 
 /// Warns if a material was not measured at all directions.
-pub(crate) fn warn_of_coverage(py: Python<'_>, material: &dyn Material) -> PyResult<()> {
+pub(crate) fn warn_of_coverage(py: Python<'_>, material: &dyn Material) -> Result<()> {
     let coverage = material.coverage();
     if coverage == Coverage::Complete {
         return Ok(());
     }
-    let text = CString::new(format!("{}: {coverage}", material.name()))?;
-    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
+    warn(py, format!("{}: {coverage}", material.name()))
 }
 
 /// A material that is shared with Python.

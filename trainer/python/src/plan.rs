@@ -3,20 +3,15 @@
 use glimpse_fitting::choice::Choice;
 use glimpse_fitting::recipe::RecipeFile;
 use glimpse_fitting::route::{PlanArgs, Route, blank_sheet};
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-use crate::arrays::array;
-use crate::error::to_exception;
+use crate::arrays::Array;
+use crate::error::Result;
 use crate::interruptible::run_detached;
 
 /// A planned scan: the positions and times of all visits to samples.
 #[pyclass(frozen, name = "Plan", module = "glimpse_brdf")]
-pub(crate) struct PyPlan {
-    route: Route,
-    /// Incoming and outgoing unit vectors of each visit.
-    directions: Vec<f64>,
-}
+pub(crate) struct PyPlan(Route);
 
 impl PyPlan {
     pub(crate) fn new(
@@ -24,22 +19,10 @@ impl PyPlan {
         file: &RecipeFile,
         request: &PlanArgs,
         seed: u64,
-    ) -> PyResult<Self> {
+    ) -> Result<Self> {
         let stated = file.metadata().machine();
-        let planned = run_detached(py, || request.plan(&file.recipe(), &stated, seed))?;
-        let (_, route) = planned.map_err(to_exception)?;
-        let arms = route.visits.iter().flat_map(|visit| {
-            let [theta_i, phi_i, theta_o, phi_o] = visit.arms.to_array().map(f64::to_radians);
-            [(theta_i, phi_i), (theta_o, phi_o)]
-        });
-        let vectors = arms.flat_map(|(theta, phi)| {
-            let (sin, cos) = theta.sin_cos();
-            [sin * phi.cos(), sin * phi.sin(), cos]
-        });
-        Ok(Self {
-            directions: vectors.collect(),
-            route,
-        })
+        let (_, route) = run_detached(py, || request.plan(&file.recipe(), &stated, seed))??;
+        Ok(Self(route))
     }
 }
 
@@ -48,76 +31,71 @@ impl PyPlan {
     /// The order of visits: "travel" or "progressive".
     #[getter]
     fn order(&self) -> String {
-        self.route.order.name()
+        self.0.order.name()
     }
 
     /// The sample of each visit, its row in the recipe's directions: int64 of shape (n,).
     #[getter]
-    fn indices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
-        let indices = self.route.visits.iter().map(|visit| visit.index as i64);
-        array(py, &[self.route.visits.len()], indices.collect())
+    fn indices(&self) -> Array<i64> {
+        Array::list(self.0.visits.iter().map(|visit| visit.index as i64))
     }
 
     /// The positions of the axes theta_i, phi_i, theta_o, phi_o at each visit, degrees, float64 of shape (n, 4).
     #[getter]
-    fn angles_degrees<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let angles = self
-            .route
-            .visits
-            .iter()
-            .flat_map(|visit| visit.arms.to_array());
-        array(py, &[self.route.visits.len(), 4], angles.collect())
+    fn angles_degrees(&self) -> Array<f64> {
+        Array::rows(self.0.visits.iter().map(|visit| visit.arms.to_array()))
     }
 
     /// The positions as unit vectors, incoming and outgoing, float64 of shape (n, 2, 3).
     #[getter]
-    fn directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        array(
-            py,
-            &[self.route.visits.len(), 2, 3],
-            self.directions.clone(),
-        )
+    fn directions(&self) -> Array<f64> {
+        Array::pairs(self.0.visits.iter().map(|visit| {
+            let [theta_i, phi_i, theta_o, phi_o] = visit.arms.to_array().map(f64::to_radians);
+            [(theta_i, phi_i), (theta_o, phi_o)].map(|(theta, phi)| {
+                let (sin, cos) = theta.sin_cos();
+                [sin * phi.cos(), sin * phi.sin(), cos]
+            })
+        }))
     }
 
     /// The time at which each sample is measured, seconds after the start, float64 of shape (n,).
     #[getter]
-    fn seconds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let seconds = self.route.visits.iter().map(|visit| visit.seconds);
-        array(py, &[self.route.visits.len()], seconds.collect())
+    fn seconds(&self) -> Array<f64> {
+        Array::list(self.0.visits.iter().map(|visit| visit.seconds))
     }
 
     /// The time until the last sample is measured, seconds.
     #[getter]
     fn total_seconds(&self) -> f64 {
-        self.route.total()
+        self.0.total()
     }
 
     /// The total time during which arms move, seconds.
     #[getter]
     fn moving_seconds(&self) -> f64 {
-        self.route.travel
+        self.0.travel
     }
 
     /// Returns the plan in the CSV format of `trainer plan --out`.
     fn to_csv(&self) -> String {
-        self.route.to_csv()
+        self.0.to_csv()
     }
 
     /// Returns a blank table of measurements, in the CSV format of `trainer plan --blank`.
     fn to_blank_csv(&self) -> String {
-        blank_sheet(&self.route.visits)
+        blank_sheet(&self.0.visits)
     }
 
     fn __len__(&self) -> usize {
-        self.route.visits.len()
+        self.0.visits.len()
     }
 
     fn __repr__(&self) -> String {
         format!(
             "<glimpse_brdf.Plan of {} samples in {:.1} seconds, order {}>",
-            self.route.visits.len(),
-            self.route.total(),
-            self.route.order.name()
+            self.0.visits.len(),
+            self.0.total(),
+            self.0.order.name()
         )
     }
 }

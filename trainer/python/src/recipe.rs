@@ -9,19 +9,16 @@ use glimpse_fitting::measurement::{NamedRecipe, Readings};
 use glimpse_fitting::recipe::RecipeFile;
 use glimpse_fitting::route::{PlanArgs, arms_in_degrees};
 use glimpse_materials::basis::Basis;
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
-use serde_json::json;
 
-use crate::arrays::{Pairs, array, to_python};
+use crate::arrays::{Array, Pairs, to_python};
 use crate::choices::choose_value;
-use crate::error::{GlimpseError, reject, to_exception};
+use crate::error::{Result, reject};
 use crate::files::write;
 use crate::fit::PyFittedMaterial;
 use crate::interruptible::run_detached;
 use crate::machine::PyMachine;
-use crate::material::directions_of;
 use crate::next::PyProposals;
 use crate::plan::PyPlan;
 use crate::readings::ReadingArgs;
@@ -43,7 +40,7 @@ impl PyRecipe {
     }
 
     /// Combines a recipe with the bytes of its basis, if it needs one.
-    pub(crate) fn new_with_basis(file: RecipeFile, basis: Option<&[u8]>) -> PyResult<Self> {
+    pub(crate) fn new_with_basis(file: RecipeFile, basis: Option<&[u8]>) -> Result<Self> {
         let checksum = file.recipe().basis_checksum();
         let basis = match (checksum, basis) {
             (None, None) => None,
@@ -59,8 +56,8 @@ impl PyRecipe {
             }
             (Some(checksum), Some(bytes)) => {
                 let basis = Basis::parse_for_recipe(bytes, checksum);
-                let basis = basis.map_err(|error| {
-                    GlimpseError::new_err(format!("basis is not this recipe's basis: {error}"))
+                let basis = basis.or_else(|error| {
+                    reject(format!("basis is not this recipe's basis: {error}"))
                 })?;
                 Some(Arc::new(basis))
             }
@@ -74,22 +71,21 @@ impl PyRecipe {
 impl PyRecipe {
     #[new]
     #[pyo3(signature = (data, basis = None))]
-    fn new(data: &[u8], basis: Option<&[u8]>) -> PyResult<Self> {
-        Self::new_with_basis(RecipeFile::new(data.to_vec()).map_err(to_exception)?, basis)
+    fn new(data: &[u8], basis: Option<&[u8]>) -> Result<Self> {
+        Self::new_with_basis(RecipeFile::new(data.to_vec())?, basis)
     }
 
     /// Reads a recipe's file. For the model linear, also reads the basis next to it. `path` may also be the name of a bundled
     /// recipe: a model and the number of samples, such as "linear-n8", or "linear-any" for readings at any directions.
-    #[classmethod]
-    fn load(_class: &Bound<'_, PyType>, py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let named = run_detached(py, || NamedRecipe::read(&path))?;
-        Ok(Self(named.map_err(to_exception)?))
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf) -> Result<Self> {
+        Ok(Self(run_detached(py, || NamedRecipe::read(&path))??))
     }
 
     /// Writes the recipe. For the model linear, also writes its basis next to it, NAME.basis. Raises FileExistsError if
     /// a file exists with other contents, unless `overwrite` is True.
     #[pyo3(signature = (path, *, overwrite = false))]
-    fn save(&self, py: Python<'_>, path: PathBuf, overwrite: bool) -> PyResult<()> {
+    fn save(&self, py: Python<'_>, path: PathBuf, overwrite: bool) -> Result<()> {
         let mut files = Vec::new();
         if let Some(basis) = &self.0.basis {
             // The basis comes first: a recipe without its basis is useless.
@@ -136,35 +132,24 @@ impl PyRecipe {
 
     /// The directions of the samples: unit vectors, incoming and outgoing, float64 of shape (n, 2, 3).
     #[getter]
-    fn directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let recipe = self.recipe();
-        let flat = recipe
-            .pattern()
-            .flat_map(|angles| directions_of(&angles).concat());
-        array(py, &[recipe.samples(), 2, 3], flat.collect())
+    fn directions(&self) -> Array<f64> {
+        Array::directions(self.recipe().pattern())
     }
 
     /// The directions as theta_i, phi_i, theta_o, phi_o in degrees, float64 of shape (n, 4).
     #[getter]
-    fn angles_degrees<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn angles_degrees(&self) -> Array<f64> {
         let recipe = self.recipe();
-        let flat = recipe
-            .pattern()
-            .flat_map(|angles| arms_in_degrees(angles).to_array());
-        array(py, &[recipe.samples(), 4], flat.collect())
+        let pattern = recipe.pattern();
+        Array::rows(pattern.map(|angles| arms_in_degrees(angles).to_array()))
     }
 
     /// The directions as Rusinkiewicz angles theta_h, theta_d, phi_d in radians, float64 of shape (n, 3).
     #[getter]
-    fn half_difference_radians<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn half_difference_radians(&self) -> Array<f64> {
         let recipe = self.recipe();
-        let flat = recipe
-            .pattern()
-            .flat_map(|angles| angles.to_array().map(f64::from));
-        array(py, &[recipe.samples(), 3], flat.collect())
+        let pattern = recipe.pattern();
+        Array::rows(pattern.map(|angles| angles.to_array().map(f64::from)))
     }
 
     /// The expected loss of an unseen material (see `loss`), or None if the recipe does not state it.
@@ -177,8 +162,8 @@ impl PyRecipe {
     /// materials that it was measured on), training (trainer, data, materials and options, by the names of the parameters
     /// of `train`) and materials (names and digests of their BRDFs).
     #[getter]
-    fn metadata<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, json!(self.0.file.metadata()))
+    fn metadata<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
+        to_python(py, self.0.file.metadata())
     }
 
     /// Plans a scan as `trainer plan` does: the order of the samples, and the positions and times of a machine's arms.
@@ -199,7 +184,7 @@ impl PyRecipe {
         machine: Option<&Bound<'_, PyMachine>>,
         full_turns: bool,
         seed: u64,
-    ) -> PyResult<PyPlan> {
+    ) -> Result<PyPlan> {
         let request = PlanArgs {
             order: order.map(|name| choose_value("order", name)).transpose()?,
             machine: PyMachine::args(machine),
@@ -255,10 +240,8 @@ impl PyRecipe {
         white_reflectance: Option<&Bound<'py, PyAny>>,
         saturation: Option<f32>,
         keep_all: bool,
-    ) -> PyResult<Bound<'py, PyFittedMaterial>> {
+    ) -> Result<Bound<'py, PyFittedMaterial>> {
         let args = ReadingArgs {
-            readings,
-            directions,
             quantity,
             saturated,
             noise,
@@ -270,7 +253,7 @@ impl PyRecipe {
             white_reflectance,
             saturation,
         };
-        let readings = args.readings(&slf.get().0)?;
+        let readings = args.readings(&slf.get().0, readings, directions)?;
         let fitted = PyFittedMaterial::new(slf.as_any(), readings, name, keep_all)?;
         PyFittedMaterial::require_plausible(fitted)
     }
@@ -292,7 +275,7 @@ impl PyRecipe {
         count: usize,
         machine: Option<&Bound<'_, PyMachine>>,
         accept_implausible: bool,
-    ) -> PyResult<PyProposals> {
+    ) -> Result<PyProposals> {
         PyProposals::new(
             slf.as_any(),
             &slf.get().0,
@@ -304,20 +287,16 @@ impl PyRecipe {
     }
 
     /// Returns the recipe of readings at directions, an array (n, 2, 3), that a recipe without a pattern fits.
-    fn at(&self, directions: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn at(&self, directions: &Bound<'_, PyAny>) -> Result<Self> {
         let angles = Pairs::from_arrays(directions, None)?.angles()?;
-        Ok(Self(self.0.at(&angles, &[]).map_err(to_exception)?))
+        Ok(Self(self.0.at(&angles, &[])?))
     }
 
     /// Returns [mean, components]: the mapped mean, float32 (n,), and the components, float32 (n, k), at directions (n, 2, 3).
     ///
     /// With coefficients z of a channel, the BRDF is 0.001 (exp(mean + components @ z) - 1) / (cos theta_i cos theta_o), and
     /// not below 0. A fit of the model linear has z as its `parameters`: k of red, k of green, k of blue.
-    fn components<'py>(
-        &self,
-        py: Python<'py>,
-        directions: &Bound<'py, PyAny>,
-    ) -> PyResult<[Bound<'py, PyArrayDyn<f32>>; 2]> {
+    fn components(&self, directions: &Bound<'_, PyAny>) -> Result<[Array<f32>; 2]> {
         let chosen = self.at(directions)?;
         let recipe = chosen.recipe();
         let Some(coefficients) = recipe.estimator().coefficients() else {
@@ -329,11 +308,8 @@ impl PyRecipe {
         for (index, row) in entries.chunks_mut(components).enumerate() {
             rows.add(index, 1.0, row);
         }
-        let mean = coefficients.ridge.center.iter().collect();
-        Ok([
-            array(py, &[count], mean)?,
-            array(py, &[count, components], entries)?,
-        ])
+        let mean = Array::list(coefficients.ridge.center.iter());
+        Ok([mean, Array::new(&[count], components, entries)])
     }
 
     /// Repeats a fit of readings, for pickles.
@@ -342,10 +318,10 @@ impl PyRecipe {
         name: &str,
         data: &[u8],
         keep_all: bool,
-    ) -> PyResult<Bound<'py, PyFittedMaterial>> {
+    ) -> Result<Bound<'py, PyFittedMaterial>> {
         let (rows, quantity) = postcard::from_bytes(data)
-            .map_err(|error| GlimpseError::new_err(format!("the pickle is damaged: {error}")))?;
-        let readings = Readings::new(&slf.get().0, rows, quantity).map_err(to_exception)?;
+            .or_else(|error| reject(format!("the pickle is damaged: {error}")))?;
+        let readings = Readings::new(&slf.get().0, rows, quantity)?;
         PyFittedMaterial::new(slf.as_any(), readings, name, keep_all)
     }
 

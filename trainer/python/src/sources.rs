@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glimpse_materials::{Material, MaterialsAndShares, Source, Sources};
 use pyo3::prelude::*;
 
-use crate::error::{Failure, reject, to_exception};
+use crate::error::{Result, reject};
 use crate::material::{PyMaterial, Shared, parse_source, warn_of_coverage};
 
 /// A source, or the list of all Python materials.
@@ -20,7 +20,7 @@ pub(crate) struct MaterialArgs(Vec<Group>);
 
 impl MaterialArgs {
     /// Parses a source, a material, or a sequence of both. All materials of a sequence form one group.
-    pub(crate) fn parse(argument: &Bound<'_, PyAny>) -> PyResult<Self> {
+    pub(crate) fn parse(argument: &Bound<'_, PyAny>) -> Result<Self> {
         let mut groups = Vec::new();
         if argument.is_instance_of::<PyMaterial>() || argument.extract::<PathBuf>().is_ok() {
             add(&mut groups, argument)?;
@@ -29,14 +29,14 @@ impl MaterialArgs {
                 add(&mut groups, &item?)?;
             }
         }
-        match groups.is_empty() {
-            true => reject("materials is empty: pass a source, or a list of materials"),
-            false => Ok(Self(groups)),
+        if groups.is_empty() {
+            return reject("materials is empty: pass a source, or a list of materials");
         }
+        Ok(Self(groups))
     }
 
     /// Returns the names of the sources and their shares of training.
-    pub(crate) fn sources(&self, shares: &[f32]) -> PyResult<Sources> {
+    pub(crate) fn sources(&self, shares: &[f32]) -> Result<Sources> {
         let sources = self.0.iter().map(|group| match group {
             Group::Source(source) => source.clone(),
             Group::Materials(list) => match &list[..] {
@@ -44,32 +44,33 @@ impl MaterialArgs {
                 materials => Source(format!("{} materials of a program", materials.len())),
             },
         });
-        Sources::new(sources.collect(), shares).map_err(to_exception)
+        Ok(Sources::new(sources.collect(), shares)?)
     }
 
     /// Reads the materials.
-    pub(crate) fn load(&self, sources: &Sources) -> Result<MaterialsAndShares, Failure> {
+    pub(crate) fn load(&self, sources: &Sources) -> Result<MaterialsAndShares> {
         let lists = self.0.iter().map(|group| match group {
             Group::Source(source) => {
-                let materials = source.load().map_err(Failure::new)?;
+                let materials = source.load()?;
                 Python::attach(|py| {
-                    let mut each = materials.iter();
-                    each.try_for_each(|material| warn_of_coverage(py, &**material))
+                    let mut all = materials.iter();
+                    all.try_for_each(|material| warn_of_coverage(py, &**material))
                 })?;
                 Ok(materials)
             }
-            Group::Materials(list) => Ok(list.iter().map(shared).collect()),
+            Group::Materials(list) => {
+                let list = list.iter().cloned();
+                Ok(list
+                    .map(|material| Box::new(Shared(material)) as _)
+                    .collect())
+            }
         });
-        let lists = lists.collect::<Result<_, Failure>>()?;
-        sources.join(lists).map_err(Failure::new)
+        let lists = lists.collect::<Result<_>>()?;
+        Ok(sources.join(lists)?)
     }
 }
 
-fn shared(material: &Arc<dyn Material>) -> Box<dyn Material> {
-    Box::new(Shared(material.clone()))
-}
-
-fn add(groups: &mut Vec<Group>, item: &Bound<'_, PyAny>) -> PyResult<()> {
+fn add(groups: &mut Vec<Group>, item: &Bound<'_, PyAny>) -> Result<()> {
     let Ok(material) = item.cast::<PyMaterial>() else {
         groups.push(Group::Source(parse_source(item)?));
         return Ok(());

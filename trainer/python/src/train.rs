@@ -19,7 +19,7 @@ use serde_json::json;
 
 use crate::arrays::{Pairs, from_python};
 use crate::choices::choose;
-use crate::error::{Failure, GlimpseError, reject, reject_unused, to_exception};
+use crate::error::{Result, reject, reject_unused};
 use crate::interruptible::run_interruptible;
 use crate::machine::PyMachine;
 use crate::recipe::PyRecipe;
@@ -105,15 +105,15 @@ pub(crate) fn train(
     resume: bool,
     progress: Option<Py<PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
-) -> PyResult<PyRecipe> {
+) -> Result<PyRecipe> {
     let progress = match progress {
         Some(progress) => {
             Some(progress).filter(|progress| !progress.bind(py).is(PyBool::new(py, false)))
         }
-        None => py
-            .import("glimpse_brdf.progress")?
-            .call_method0("bar")?
-            .extract()?,
+        None => {
+            let bar = py.import("glimpse_brdf.progress")?.call_method0("bar")?;
+            (!bar.is_none()).then(|| bar.unbind())
+        }
     };
     reject_unused(
         checkpoint.is_none(),
@@ -130,7 +130,7 @@ pub(crate) fn train(
     if let Some(pattern) = pattern {
         options.pattern = Pairs::from_arrays(pattern, None)?.angles()?;
     }
-    check(&options).map_err(to_exception)?;
+    check(&options)?;
     let checkpoints = checkpoints(checkpoint, resume)?;
     let materials = match materials {
         Some(materials) => MaterialArgs::parse(materials)?,
@@ -165,7 +165,8 @@ pub(crate) fn train(
             }
         };
         let data = sources.label();
-        meta_train(&options, &data, materials, checkpoints.as_ref(), observe).map_err(Failure::new)
+        let trained = meta_train(&options, &data, materials, checkpoints.as_ref(), observe);
+        Result::Ok(trained?)
     })?;
     let trained = result?;
     if let Some(checkpoints) = &checkpoints {
@@ -175,7 +176,7 @@ pub(crate) fn train(
 }
 
 /// Returns the options with the given values, by their names.
-fn parse_options(model: ModelKind, given: Option<&Bound<'_, PyDict>>) -> PyResult<TrainingOptions> {
+fn parse_options(model: ModelKind, given: Option<&Bound<'_, PyDict>>) -> Result<TrainingOptions> {
     let mut options = TrainingOptions::new(model, 8, Schedule::Prior, Effort::Standard, 0);
     let mut all = json!(options);
     for (name, value) in given.into_iter().flatten() {
@@ -188,13 +189,12 @@ fn parse_options(model: ModelKind, given: Option<&Bound<'_, PyDict>>) -> PyResul
         match all.get_mut(&name) {
             Some(option) if !NOT_GIVEN.contains(&&*name) => *option = value,
             _ => {
-                return Err(PyTypeError::new_err(format!(
-                    "train() got an unexpected keyword argument '{name}'"
-                )));
+                let message = format!("train() got an unexpected keyword argument '{name}'");
+                return Err(PyTypeError::new_err(message).into());
             }
         }
         options = serde_json::from_value(all.clone())
-            .map_err(|error| GlimpseError::new_err(format!("{name}: {error}")))?;
+            .or_else(|error| reject(format!("{name}: {error}")))?;
     }
     Ok(options)
 }
@@ -210,7 +210,7 @@ const NOT_GIVEN: [&str; 6] = [
 ];
 
 /// Returns the number of samples; 0 for "any".
-fn sample_count(value: &Bound<'_, PyAny>) -> PyResult<usize> {
+fn sample_count(value: &Bound<'_, PyAny>) -> Result<usize> {
     if let Ok(text) = value.extract::<String>() {
         return choose("samples", &text, &[("any", 0)]);
     }
@@ -222,7 +222,7 @@ fn sample_count(value: &Bound<'_, PyAny>) -> PyResult<usize> {
 }
 
 /// Returns the checkpoints. Without `resume`, an unfinished run in the folder is an error.
-fn checkpoints(directory: Option<PathBuf>, resume: bool) -> PyResult<Option<Checkpoints>> {
+fn checkpoints(directory: Option<PathBuf>, resume: bool) -> Result<Option<Checkpoints>> {
     let Some(directory) = directory else {
         return Ok(None);
     };
