@@ -11,7 +11,7 @@ use glimpse_materials::{Format, Source};
 use serde::Serialize;
 use serde_json::Value;
 
-use super::formats::{self, Files, physical_errors};
+use super::formats::{self, Files, describe_loss, written_errors};
 use super::output::{file_as_json, refuse_source, write_files};
 use super::{emit, load_single};
 
@@ -99,15 +99,7 @@ impl Convert {
         let bytes = encoded.files.iter().map(|(_, bytes)| bytes.clone());
         let files: Files = outs.into_iter().zip(bytes).collect();
         write_files(&files, self.force)?;
-        let (first, _) = &files[0];
-        // A pipe cannot be read again.
-        let errors = match first.is_file() {
-            true => Some(encoded.errors(&*material, first)?),
-            false => None,
-        };
-        if let Some(errors) = &errors {
-            eprintln!("{}: {}", first.display(), physical_errors(errors));
-        }
+        let errors = written_errors(&encoded, &*material, &files)?;
         let report = Report {
             material: material.name(),
             format: format.name(),
@@ -115,13 +107,8 @@ impl Convert {
             errors,
         };
         emit(self.json, &report, || {
-            let Some(errors) = errors else {
-                return String::new();
-            };
-            let color = errors
-                .delta_e
-                .map_or_else(String::new, |error| format!(", color error {error:.2}"));
-            format!("loss {:.6}{color}\n", errors.loss)
+            let errors = errors.as_ref();
+            errors.map_or_else(String::new, |errors| describe_loss(errors) + "\n")
         })
     }
 }

@@ -16,7 +16,7 @@ use pictures::pictures;
 use report::{FormatSummary, ReportEntry};
 
 use super::expected_loss::caution;
-use super::formats::{self, Files, physical_errors};
+use super::formats::{self, Files, written_errors};
 use super::lock::Lock;
 use super::output::{create_out_folder, refuse_input, write_files};
 use super::{LINEAR_ANY, emit};
@@ -174,7 +174,7 @@ impl Fit {
         emit(self.json, &entries, || texts.join("\n"))
     }
 
-    /// Writes the files of a format. Prints and returns its errors against the fit.
+    /// Writes the files of a format. Returns their errors against the fit.
     fn write_format(
         &self,
         folder: &Path,
@@ -184,18 +184,10 @@ impl Fit {
     ) -> anyhow::Result<FormatSummary> {
         create_out_folder(&folder.join(FORMATS))?;
         write_files(files, self.force)?;
-        let (first, _) = files.first().context("a format has no files")?;
-        let errors = encoded.errors(material, first)?;
-        let color = errors.delta_e.map_or(String::new(), |error| {
-            format!(" and color error {error:.2}")
-        });
-        let file = first.display().to_string();
-        let loss = errors.loss;
-        eprintln!(
-            "{file}: loss {loss:.6}{color} against the fit; {}",
-            physical_errors(&errors)
-        );
-        Ok(FormatSummary { file, errors })
+        Ok(FormatSummary {
+            errors: written_errors(encoded, material, files)?,
+            file: files.first().map(|(path, _)| path.display().to_string()),
+        })
     }
 
     /// Returns a material's files in the formats of --format, each once, and their errors.

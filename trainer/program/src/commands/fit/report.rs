@@ -44,9 +44,9 @@ pub(super) struct ReportEntry<'a> {
 /// The first file of a format, and its errors against the fit.
 #[derive(Serialize)]
 pub(super) struct FormatSummary {
-    pub(super) file: String,
+    pub(super) file: Option<String>,
     #[serde(flatten)]
-    pub(super) errors: WrittenErrors,
+    pub(super) errors: Option<WrittenErrors>,
 }
 
 impl ReportEntry<'_> {

@@ -88,17 +88,16 @@ impl View {
         let material = materials.first().map(|material| &**material);
         let mut scans = Vec::new();
         for (index, (path, given)) in self.recipes.iter().zip(&recipes).enumerate() {
-            let (chosen, readings, next) = match self.measurements.get(index) {
-                Some(file) => measured(given, file)?,
-                None => {
+            let (chosen, readings, next) = match (self.measurements.get(index), material) {
+                (Some(file), _) => measured(given, file)?,
+                (None, Some(material)) => {
                     let recipe = given.file.recipe();
-                    if !materials.is_empty() {
-                        warn_of_overlap(&recipe, &materials)?;
-                    }
+                    warn_of_overlap(&recipe, &materials)?;
                     let readings = self.virtual_readings(&recipe, material, seed);
                     let context = || format!("virtual scan with {}", path.display());
                     (given.clone(), readings.with_context(context)?, None)
                 }
+                (None, None) => (given.clone(), Vec::new(), None),
             };
             scans.push(RecipeScan {
                 name: name_of(path),
@@ -166,15 +165,12 @@ impl View {
     fn virtual_readings(
         &self,
         recipe: &Recipe<'_>,
-        material: Option<&dyn Material>,
+        material: &dyn Material,
         seed: u64,
     ) -> anyhow::Result<Vec<Option<[f32; 3]>>> {
         let noise = Degradation {
             noise: self.noise.unwrap_or(0.0),
             ..Degradation::default()
-        };
-        let Some(material) = material else {
-            return Ok(Vec::new());
         };
         ensure!(
             recipe.samples() > 0,
@@ -199,9 +195,10 @@ fn name_of(path: &Path) -> String {
 
 /// Returns a basis as the device reads it.
 fn compact_bytes(basis: &Basis) -> anyhow::Result<Vec<u8>> {
-    match basis.is_compact() {
-        true => Ok(basis.to_bytes()),
-        false => compact_basis(basis, None),
+    if basis.is_compact() {
+        Ok(basis.to_bytes())
+    } else {
+        compact_basis(basis, None)
     }
 }
 
