@@ -339,7 +339,7 @@ mod tests {
         ];
         let records: Vec<&Record> = records.iter().collect();
         let table = table(&records, &[Key::Model], &columns, None);
-        let expected = "Model,seed + 1,seed + 2,\"standard deviation, %\",none,paper: seed + 1\r\n\
+        let expected = "Model,seed + 1,seed + 2,standard deviation (%),none,paper: seed + 1\r\n\
                         Phong,0.25,0.75,70.71067811865476,,0.5\r\n";
         assert_eq!(table.to_csv(), expected);
     }
