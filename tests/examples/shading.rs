@@ -11,6 +11,7 @@ use glimpse_core::geometry::{Directions, HalfDifference};
 use glimpse_evaluation::conversion::OutputFormat;
 use glimpse_evaluation::metrics::Metrics;
 use glimpse_evaluation::shading::{Shading, fit};
+use glimpse_fitting::choice::Choice;
 use glimpse_materials::{Brdf, Source};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -20,7 +21,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let materials = Source(material.clone()).load()?;
     let material = materials.first().ok_or("the source is empty")?;
-    let Some(OutputFormat::Shading(model)) = OutputFormat::from_name(model) else {
+    let mut formats = OutputFormat::ALL.into_iter();
+    let format = formats.find(|format| format.name() == *model);
+    let Some(OutputFormat::Shading(model)) = format else {
         return Err(format!("{model} is not a shading model").into());
     };
     let shading = match share.first() {

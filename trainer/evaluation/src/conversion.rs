@@ -5,7 +5,10 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
 use glimpse_core::model::{ModelKind, NeuralParameters, ParameterSet};
+use glimpse_fitting::choice::Choice;
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::setting::Name;
 use glimpse_materials::{
@@ -82,14 +85,20 @@ impl OutputFormat {
         Self::Shading(ShadingModel::OpenPbr),
     ];
 
-    /// Returns the name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
+    /// Returns the name, and the names and contents of the files.
+    fn description(self) -> (&'static str, &'static str) {
         match self {
-            Self::Brdf(format) => format.name(),
-            Self::Shading(ShadingModel::Principled) => "principled",
-            Self::Shading(ShadingModel::Gltf) => "gltf",
-            Self::Shading(ShadingModel::OpenPbr) => "openpbr",
+            Self::Brdf(format) => (format.name(), format.description()),
+            Self::Shading(ShadingModel::Principled) => (
+                "principled",
+                "NAME_principled.json: parameters of Mitsuba 3's BSDF `principled`, for load_dict",
+            ),
+            Self::Shading(ShadingModel::Gltf) => {
+                ("gltf", "NAME.gltf: a sphere with a material of glTF 2.0")
+            }
+            Self::Shading(ShadingModel::OpenPbr) => {
+                ("openpbr", "NAME.mtlx: parameters of OpenPBR, in MaterialX")
+            }
         }
     }
 
@@ -97,12 +106,6 @@ impl OutputFormat {
     #[must_use]
     pub fn is_table(self) -> bool {
         matches!(self, Self::Brdf(format) if format.tabulate().is_some())
-    }
-
-    /// Returns the format with this name; None if no format has it.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|format| format.name() == name)
     }
 
     /// Returns the requested format, or else that of the ending of a file's name.
@@ -135,6 +138,17 @@ impl OutputFormat {
             Self::Brdf(format) => format.written_endings().to_vec(),
             Self::Shading(model) => vec![model.suffix()],
         }
+    }
+}
+
+impl ValueEnum for OutputFormat {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let (name, files) = self.description();
+        Some(PossibleValue::new(name).help(files))
     }
 }
 

@@ -2,10 +2,10 @@
 
 use std::sync::LazyLock;
 
-use glimpse_core::gonio::{Footprint, Quantity};
+use glimpse_core::gonio::Footprint;
 use glimpse_core::model::ModelKind;
 use glimpse_fitting::measurement::{
-    AngleArgs, AngleTable, CountCalibration, NamedRecipe, ReadingQuantity, Readings, Rows,
+    AngleArgs, AngleTable, CountCalibration, Multiple, NamedRecipe, ReadingQuantity, Readings, Rows,
 };
 
 use crate::support::{ANGLES, Folder, accepted};
@@ -46,7 +46,7 @@ pub(crate) fn check_readings(bytes: &[u8]) {
             footprint,
         })
     });
-    let values = [Quantity::Brdf, Quantity::BrdfTimesCosThetaO].map(ReadingQuantity::of);
+    let values = [Multiple::Brdf, Multiple::BrdfCosO].map(ReadingQuantity::of);
     for quantity in values.into_iter().chain(counts) {
         for recipe in &*RECIPES {
             let readings = Readings::new(recipe, rows.clone(), quantity.clone());

@@ -26,17 +26,6 @@ pub enum Origin {
     BuiltIn,
 }
 
-impl Origin {
-    /// Returns the name in JSON and Python.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Files => "files",
-            Self::BuiltIn => "built-in",
-        }
-    }
-}
-
 /// The materials of one source and their share of the training tasks. They are consecutive in the list of all
 /// materials.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

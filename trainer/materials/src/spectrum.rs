@@ -4,7 +4,7 @@ use crate::color::{FROM_XYZ, IDENTITY, product};
 use crate::interpolation::Position;
 
 /// A standard illuminant.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Illuminant {
     /// Daylight of 6504 K, that of sRGB.
     #[default]
@@ -18,12 +18,14 @@ pub enum Illuminant {
 }
 
 /// A standard observer.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Observer {
     /// CIE 1931, for fields of 2 degrees.
     #[default]
+    #[value(name = "2")]
     Cie1931,
     /// CIE 1964, for fields of 10 degrees.
+    #[value(name = "10")]
     Cie1964,
 }
 

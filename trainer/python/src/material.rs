@@ -204,10 +204,7 @@ impl PyMaterial {
         overwrite: bool,
         as_fitted: bool,
     ) -> Result<()> {
-        let formats = OutputFormat::ALL.map(|format| (format.name(), format));
-        let format = format
-            .map(|name| choose("format", name, &formats))
-            .transpose()?;
+        let format = format.map(|name| choose("format", name)).transpose()?;
         let format = OutputFormat::choose(format, &path)?;
         let material = self.complete()?;
         let paths = output_paths(format, &path)?;

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use glimpse_fitting::measurement::{
-    AngleArgs, CountCalibration, FOOTPRINTS, LabReading, NamedRecipe, QUANTITIES, ReadingQuantity,
-    Readings, Rows, rusinkiewicz,
+    AngleArgs, CountCalibration, LabReading, LargerSpot, NamedRecipe, ReadingQuantity, Readings,
+    Rows, rusinkiewicz,
 };
 use pyo3::prelude::*;
 
@@ -133,7 +133,7 @@ impl<'py> ReadingArgs<'_, 'py> {
             ],
         )?;
         let name = self.quantity;
-        let multiple = name.map(|name| choose("quantity", name, &QUANTITIES));
+        let multiple = name.map(|name| choose("quantity", name));
         let reflectance = optional(self.white_reflectance, "white_reflectance")?;
         let quantity = ReadingQuantity::of_values(multiple.transpose()?, reflectance, rows);
         quantity.map_or_else(
@@ -151,10 +151,10 @@ impl<'py> ReadingArgs<'_, 'py> {
             return reject("saturation must be a finite number of counts");
         }
         let name = self.footprint;
-        let footprint = name.map(|name| choose("footprint", name, &FOOTPRINTS));
+        let footprint = name.map(|name| choose::<LargerSpot>("footprint", name));
         Ok(ReadingQuantity::Counts(CountCalibration::new(
             white,
-            footprint.transpose()?,
+            footprint.transpose()?.map(Into::into),
             optional(self.dark, "dark")?,
             optional(self.white_reflectance, "white_reflectance")?,
             self.saturation,

@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
 
 use crate::arrays::{Array, Pairs, to_python};
-use crate::choices::choose_value;
+use crate::choices::choose;
 use crate::error::{Result, reject};
 use crate::files::write;
 use crate::fit::PyFittedMaterial;
@@ -186,7 +186,7 @@ impl PyRecipe {
         seed: u64,
     ) -> Result<PyPlan> {
         let request = PlanArgs {
-            order: order.map(|name| choose_value("order", name)).transpose()?,
+            order: order.map(|name| choose("order", name)).transpose()?,
             machine: PyMachine::args(machine),
             no_full_turns: !full_turns,
         };

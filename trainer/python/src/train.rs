@@ -5,20 +5,18 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
-use glimpse_core::model::ModelKind;
 use glimpse_fitting::recipe::options::{Effort, Schedule, TrainingOptions};
 use glimpse_fitting::route::MachineArgs;
-use glimpse_materials::MODELS;
 use glimpse_training::checkpoint::Checkpoint;
 use glimpse_training::outer::{self, Checkpoints};
 use glimpse_training::run::{check, train as meta_train};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
-use serde_json::json;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
 
 use crate::arrays::{Pairs, from_python};
-use crate::choices::choose;
 use crate::error::{Result, reject, reject_unused};
 use crate::interruptible::run_interruptible;
 use crate::machine::PyMachine;
@@ -120,12 +118,11 @@ pub(crate) fn train(
         "it requires checkpoint",
         &[("resume", resume)],
     )?;
-    let model = choose("model", model, &MODELS.map(|model| (model.name(), model)))?;
     let MachineArgs { limits, speeds } = PyMachine::args(machine);
     let mut options = TrainingOptions {
         limits,
         speeds,
-        ..parse_options(model, options)?
+        ..parse_options(options, model)?
     };
     if let Some(pattern) = pattern {
         options.pattern = Pairs::from_arrays(pattern, None)?.angles()?;
@@ -176,8 +173,9 @@ pub(crate) fn train(
 }
 
 /// Returns the options with the given values, by their names.
-fn parse_options(model: ModelKind, given: Option<&Bound<'_, PyDict>>) -> Result<TrainingOptions> {
-    let mut options = TrainingOptions::new(model, 8, Schedule::Prior, Effort::Standard, 0);
+fn parse_options(given: Option<&Bound<'_, PyDict>>, model: &str) -> Result<TrainingOptions> {
+    let (model, schedule) = (from_json("model", model.into())?, Schedule::Prior);
+    let mut options = TrainingOptions::new(model, 8, schedule, Effort::Standard, 0);
     let mut all = json!(options);
     for (name, value) in given.into_iter().flatten() {
         let name: String = name.extract()?;
@@ -193,10 +191,14 @@ fn parse_options(model: ModelKind, given: Option<&Bound<'_, PyDict>>) -> Result<
                 return Err(PyTypeError::new_err(message).into());
             }
         }
-        options = serde_json::from_value(all.clone())
-            .or_else(|error| reject(format!("{name}: {error}")))?;
+        options = from_json(&name, all.clone())?;
     }
     Ok(options)
+}
+
+/// Converts JSON. `name` is the name of a parameter for the error.
+fn from_json<T: DeserializeOwned>(name: &str, value: Value) -> Result<T> {
+    serde_json::from_value(value).or_else(|error| reject(format!("{name}: {error}")))
 }
 
 /// The fields that are not given by name: other arguments determine them.
@@ -211,8 +213,8 @@ const NOT_GIVEN: [&str; 6] = [
 
 /// Returns the number of samples; 0 for "any".
 fn sample_count(value: &Bound<'_, PyAny>) -> Result<usize> {
-    if let Ok(text) = value.extract::<String>() {
-        return choose("samples", &text, &[("any", 0)]);
+    if value.eq("any")? {
+        return Ok(0);
     }
     let count: i64 = value.extract()?;
     match usize::try_from(count) {

@@ -1,5 +1,6 @@
 //! Conversion of a file's numbers to the BRDF.
 
+use clap::ValueEnum;
 use glimpse_core::error::Error;
 use glimpse_core::geometry::{Angles, Directions};
 use glimpse_core::gonio::{Calibration, Footprint, Quantity, Reading, Repeated};
@@ -8,46 +9,56 @@ use serde::{Deserialize, Serialize};
 use super::angles::to_directions;
 use super::rows::{LabReading, Rows};
 use super::table::TableError;
+use crate::choice::Choice;
 
 const COUNTS_OF_BANDS: &str = "it has counts of bands; divide them by those of the tile, and state reflectance-factor as their quantity";
 /// The name of sensor counts in the column `quantity`.
 const COUNTS: &str = "counts";
 
-/// The quantities of readings by name, on the command line, in the column `quantity` and in Python.
-pub const QUANTITIES: [(&str, Multiple); 5] = [
-    ("brdf", Multiple::of(Quantity::Brdf)),
-    ("brdf-cos-i", Multiple::of(Quantity::BrdfTimesCosThetaI)),
-    ("brdf-cos-o", Multiple::of(Quantity::BrdfTimesCosThetaO)),
-    (
-        "reflectance-factor",
-        Multiple::of(Quantity::ReflectanceFactor),
-    ),
-    (
-        "reflectance-percent",
-        Multiple {
-            of: Quantity::ReflectanceFactor,
-            unit: 0.01,
-        },
-    ),
-];
-/// The spots on the material by name, on the command line and in Python.
-pub const FOOTPRINTS: [(&str, Footprint); 2] = [
-    ("light", Footprint::LightLarger),
-    ("sensor", Footprint::SensorLarger),
-];
+/// A quantity in a unit, as named on the command line, in the column `quantity` and in Python.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ValueEnum)]
+pub enum Multiple {
+    /// The BRDF, sr^-1.
+    Brdf,
+    /// The BRDF times cos(theta_i).
+    BrdfCosI,
+    /// The BRDF times cos(theta_o).
+    #[value(alias = "brdf-cos")]
+    BrdfCosO,
+    /// Pi times the BRDF.
+    ReflectanceFactor,
+    /// Pi times the BRDF, in percent.
+    ReflectancePercent,
+}
 
-/// A quantity in a unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Multiple {
-    of: Quantity,
-    unit: f32,
+/// A spot on the material that is larger than the other at all angles, as named on the command line and in Python.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum LargerSpot {
+    /// The light's spot.
+    Light,
+    /// The sensor's spot.
+    Sensor,
 }
 
 impl Multiple {
-    /// Returns a quantity in its own unit.
-    #[must_use]
-    pub const fn of(of: Quantity) -> Self {
-        Self { of, unit: 1.0 }
+    /// Returns the quantity, and its value for the number 1.
+    fn quantity(self) -> (Quantity, f32) {
+        match self {
+            Self::Brdf => (Quantity::Brdf, 1.0),
+            Self::BrdfCosI => (Quantity::BrdfTimesCosThetaI, 1.0),
+            Self::BrdfCosO => (Quantity::BrdfTimesCosThetaO, 1.0),
+            Self::ReflectanceFactor => (Quantity::ReflectanceFactor, 1.0),
+            Self::ReflectancePercent => (Quantity::ReflectanceFactor, 0.01),
+        }
+    }
+}
+
+impl From<LargerSpot> for Footprint {
+    fn from(spot: LargerSpot) -> Self {
+        match spot {
+            LargerSpot::Light => Self::LightLarger,
+            LargerSpot::Sensor => Self::SensorLarger,
+        }
     }
 }
 
@@ -78,8 +89,8 @@ pub struct CountCalibration {
 impl ReadingQuantity {
     /// Returns a function of the BRDF.
     #[must_use]
-    pub const fn of(quantity: Quantity) -> Self {
-        Self::Values(Multiple::of(quantity), 1.0)
+    pub const fn of(multiple: Multiple) -> Self {
+        Self::Values(multiple, 1.0)
     }
 
     /// Returns this multiple, or else the one that the rows state, or else the BRDF. With a tile's reflectance, it is
@@ -90,29 +101,20 @@ impl ReadingQuantity {
         reflectance: Option<[f32; 3]>,
         rows: &Rows,
     ) -> Option<Self> {
-        let stated = || {
-            let name = rows.stated_quantity()?;
-            let named = QUANTITIES.iter().find(|(known, _)| *known == name);
-            named.map(|(_, multiple)| *multiple)
-        };
-        let multiple = multiple
-            .or_else(stated)
-            .unwrap_or(Multiple::of(Quantity::Brdf));
+        let stated = || Multiple::from_str(rows.stated_quantity()?, false).ok();
+        let multiple = multiple.or_else(stated).unwrap_or(Multiple::Brdf);
         let [red, green, blue] = reflectance.unwrap_or([1.0; 3]);
         let is_valid = reflectance.is_none()
-            || multiple.of == Quantity::ReflectanceFactor && red == green && red == blue;
+            || multiple.quantity().0 == Quantity::ReflectanceFactor && red == green && red == blue;
         is_valid.then_some(Self::Values(multiple, red))
     }
 
     /// Returns the name in the column `quantity`.
     #[must_use]
-    pub fn name(&self) -> &'static str {
+    pub fn name(&self) -> String {
         match self {
-            Self::Values(multiple, _) => {
-                let named = QUANTITIES.iter().find(|(_, other)| other == multiple);
-                named.map_or("unknown", |(name, _)| name)
-            }
-            Self::Counts(_) => COUNTS,
+            Self::Values(multiple, _) => multiple.name(),
+            Self::Counts(_) => COUNTS.to_owned(),
         }
     }
 }
@@ -252,7 +254,8 @@ impl<'a> Conversion<'a> {
         values: [f32; 3],
     ) -> Result<Reading, TableError> {
         let (rows, reading) = match self {
-            Self::Values(rows, Multiple { of, unit }, reflectance) => {
+            Self::Values(rows, multiple, reflectance) => {
+                let (of, unit) = multiple.quantity();
                 let values = values.map(|value| value * unit * reflectance);
                 (rows, of.to_brdf(values, at).map(Reading::new))
             }

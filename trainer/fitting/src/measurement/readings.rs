@@ -13,7 +13,7 @@ use super::rows::Rows;
 use super::table::TableError;
 
 /// The status of a sample's reading in a fit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReadingStatus {
     /// The fit uses the reading.
@@ -24,19 +24,6 @@ pub enum ReadingStatus {
     Saturated,
     /// The fit does not use the reading, because it is an outlier.
     Outlier,
-}
-
-impl ReadingStatus {
-    /// Returns the name in files, reports and Python.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Used => "used",
-            Self::Missing => "missing",
-            Self::Saturated => "saturated",
-            Self::Outlier => "outlier",
-        }
-    }
 }
 
 /// The reading of a sample.
@@ -130,7 +117,7 @@ impl Readings {
         rows: Rows,
         quantity: ReadingQuantity,
     ) -> Result<Self, TableError> {
-        rows.check_quantity(quantity.name())?;
+        rows.check_quantity(&quantity.name())?;
         if rows.readings().is_empty() {
             return Err(
                 rows.file_error("all of its rows are empty; give a file with readings".to_owned())

@@ -12,6 +12,7 @@ use super::fit::Fit;
 use super::matching::IsotropicAngles;
 use super::readings::{ReadingStatus, SampleReading};
 use super::spectrum::SpectrumReport;
+use crate::choice::Choice;
 
 /// The report on a fit. Field names are those of `material.json`, of the trainer's JSON, and in Python.
 #[derive(Clone, Debug, Serialize)]
@@ -55,7 +56,7 @@ pub struct InputSummary {
     /// The file's name, without directories.
     pub file: String,
     /// The quantity of its numbers, as a column `quantity` names it.
-    pub quantity: &'static str,
+    pub quantity: String,
     /// The number of rows with a reading.
     pub rows: usize,
     /// The largest distance of a row from its sample, in degrees; None if rows have no directions of a pattern.

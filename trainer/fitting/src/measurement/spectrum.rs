@@ -3,28 +3,19 @@
 use std::f64::consts::PI;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::{Illuminant, Lab, Material, Observer, Viewing, ciede2000, weighted_sums};
+use glimpse_materials::{Lab, Material, Viewing, ciede2000, weighted_sums};
 use serde::Serialize;
 
 use super::fit::Fit;
-
-/// The illuminants by name, on the command line and in reports.
-pub const ILLUMINANTS: [(&str, Illuminant); 4] = [
-    ("d65", Illuminant::D65),
-    ("d50", Illuminant::D50),
-    ("a", Illuminant::A),
-    ("e", Illuminant::E),
-];
-/// The observers by the angle of their field in degrees, on the command line and in reports.
-pub const OBSERVERS: [(&str, Observer); 2] = [("2", Observer::Cie1931), ("10", Observer::Cie1964)];
+use crate::choice::Choice;
 
 /// The colors of readings in bands and of their fit, in CIELAB.
 #[derive(Clone, Debug, Serialize)]
 pub struct SpectrumReport {
     /// The name of the illuminant.
-    pub illuminant: &'static str,
+    pub illuminant: String,
     /// The name of the observer.
-    pub observer: &'static str,
+    pub observer: String,
     /// The wavelengths of the bands in nm.
     pub wavelengths: Vec<f32>,
     /// The used readings.
@@ -79,8 +70,8 @@ impl SpectrumReport {
             }
         });
         Some(Self {
-            illuminant: name_of(&ILLUMINANTS, viewing.illuminant),
-            observer: name_of(&OBSERVERS, viewing.observer),
+            illuminant: viewing.illuminant.name(),
+            observer: viewing.observer.name(),
             wavelengths: bands.wavelengths().to_vec(),
             readings: readings.collect(),
         })
@@ -122,11 +113,6 @@ impl SpectrumReport {
         }
         csv
     }
-}
-
-fn name_of<T: PartialEq>(names: &[(&'static str, T)], value: T) -> &'static str {
-    let named = names.iter().find(|(_, other)| *other == value);
-    named.map_or("unknown", |(name, _)| name)
 }
 
 /// Returns the sensor's angle from the mirror direction in degrees, negative if it is further from the light.

@@ -236,12 +236,8 @@ pub enum OptionsError {
 /// Returns a parser of the names of models.
 #[must_use]
 pub fn model_parser() -> impl TypedValueParser<Value = ModelKind> {
-    PossibleValuesParser::new(MODELS.map(ModelKind::name)).try_map(|name| {
-        let mut models = MODELS.into_iter();
-        models
-            .find(|model| model.name() == name)
-            .ok_or("unknown name")
-    })
+    PossibleValuesParser::new(MODELS.map(ModelKind::name))
+        .try_map(|name| serde_json::from_value::<ModelKind>(name.into()))
 }
 
 /// Parses the number of samples; 0 for `any`.

@@ -7,11 +7,12 @@ use clap::Args;
 use glimpse_evaluation::conversion::{
     OutputFormat, WrittenErrors, encode, file_name, output_paths,
 };
+use glimpse_fitting::choice::Choice;
 use glimpse_materials::{Format, Source};
 use serde::Serialize;
 use serde_json::Value;
 
-use super::formats::{self, Files, describe_loss, written_errors};
+use super::formats::{Files, describe_loss, written_errors};
 use super::output::{file_as_json, refuse_source, write_files};
 use super::{emit, load_single};
 
@@ -48,7 +49,7 @@ pub(crate) struct Convert {
     out: PathBuf,
     /// Output format [default: by the ending of OUT: .binary, .bsdf, _spec.bsdf, .ssdd, _brdf.xompt, _fc1.npy,
     /// .gltf, .mtlx or _principled.json]
-    #[arg(long, value_parser = formats::parser())]
+    #[arg(long, value_enum)]
     format: Option<OutputFormat>,
     /// Write a table of the BRDF as it is, even if it is not reciprocal or its albedo is above 1
     #[arg(long)]
@@ -65,7 +66,7 @@ pub(crate) struct Convert {
 #[derive(Serialize)]
 struct Report<'m> {
     material: &'m str,
-    format: &'static str,
+    format: String,
     files: Vec<Value>,
     #[serde(flatten)]
     errors: Option<WrittenErrors>,

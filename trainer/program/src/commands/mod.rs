@@ -2,7 +2,6 @@
 
 mod adaptive;
 pub(crate) mod bench;
-mod choice;
 pub(crate) mod compare;
 pub(crate) mod convert;
 pub(crate) mod evaluate;

@@ -5,16 +5,10 @@ use std::fmt;
 use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
 use glimpse_evaluation::evaluation::names;
+use glimpse_fitting::choice::Choice;
 use glimpse_fitting::measurement::Instrument;
 use glimpse_fitting::recipe::options::{Schedule, TrainingOptions};
 
-/// All models, in the paper's order.
-pub(super) const MODELS: [ModelKind; 4] = [
-    ModelKind::Phong,
-    ModelKind::CookTorrance,
-    ModelKind::Linear,
-    ModelKind::Neural,
-];
 /// The paper's number of samples n.
 pub(super) const SAMPLES: usize = 8;
 /// The speed of all axes for [`Variation::Within`], in degrees per second.
@@ -52,23 +46,11 @@ pub(super) const COMPARED: [Approach; 4] = [
 ];
 
 /// The half of the materials that a pattern is trained on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum Subset {
     All,
     Diffuse,
     Glossy,
-}
-
-impl Subset {
-    pub(super) const EACH: [Self; 3] = [Self::All, Self::Diffuse, Self::Glossy];
-
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::All => "all",
-            Self::Diffuse => "diffuse",
-            Self::Glossy => "glossy",
-        }
-    }
 }
 
 /// A variation of a training or of a method. In tables, it is written without the index of a random run.
@@ -101,7 +83,7 @@ impl fmt::Display for Variation {
             Self::None => f.write_str("unchanged"),
             Self::Seed(number) => write!(f, "seed + {number}"),
             Self::Twice => f.write_str("both stages twice"),
-            Self::PatternOf(subset) => f.write_str(subset.name()),
+            Self::PatternOf(subset) => f.write_str(&subset.name()),
             Self::Within(seconds) => write!(f, "{seconds} s of motion"),
             Self::Replaced(count, _) => write!(f, "{count} of {SAMPLES} replaced"),
             Self::Importance => f.write_str("importance"),

@@ -3,13 +3,14 @@
 use clap::ValueEnum;
 use glimpse_core::model::ModelKind::{self, CookTorrance, Linear, Neural, Phong};
 use glimpse_fitting::measurement::Instrument;
+use glimpse_materials::MODELS;
 
 use super::case::Approach::{Baseline, Ggx, Glimpse, Optimum, Paper, Random};
 use super::case::Variation::{
     self, Chosen, Importance, None as Unchanged, PatternOf, Readings, Refined, Replaced, Seed,
     Twice, Within,
 };
-use super::case::{Approach, COMPARED, Case, MODELS, SAMPLES, Subset};
+use super::case::{Approach, COMPARED, Case, SAMPLES, Subset};
 use super::record::{DELTA_E, DSSIM, Key, LOSS, Record};
 use super::run::{Experiment, NEW, Sets};
 use super::view::Columns::{By, Named};
@@ -296,7 +297,7 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
     Experiment {
         name: "subsets",
         title: "The loss of patterns trained and evaluated on diffuse and on glossy materials",
-        cases: |_| varied(&[Neural], Subset::EACH.map(PatternOf)),
+        cases: |_| varied(&[Neural], Subset::value_variants().iter().copied().map(PatternOf)),
         derive: derived::by_subset,
         views: &[View::new(
             "subsets",

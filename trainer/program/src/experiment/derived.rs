@@ -1,11 +1,14 @@
 //! Records that are computed from those of the evaluations.
 
+use clap::ValueEnum;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_evaluation::evaluation::MaterialMetrics;
 use glimpse_evaluation::metrics::{METRICS, Metrics};
+use glimpse_fitting::choice::Choice;
+use glimpse_materials::MODELS;
 use glimpse_materials::loss::loss_between;
 
-use super::case::{Approach, Case, MODELS, SAMPLES, Subset};
+use super::case::{Approach, Case, SAMPLES, Subset};
 use super::glossiness::split_by_glossiness;
 use super::record::Record;
 use super::store::{Store, TestSet};
@@ -106,8 +109,8 @@ pub(super) fn by_material(_: &Store<'_>, _: &TestSet<'_>, records: Vec<Record>) 
 pub(super) fn by_subset(store: &Store<'_>, set: &TestSet<'_>, records: Vec<Record>) -> Vec<Record> {
     let mut all = Vec::new();
     for record in &records {
-        for (index, subset) in Subset::EACH.into_iter().enumerate() {
-            let names = split_by_glossiness(set.materials, store.settings.seed, subset);
+        for (index, subset) in Subset::value_variants().iter().enumerate() {
+            let names = split_by_glossiness(set.materials, store.settings.seed, *subset);
             let of_subset = materials(record)
                 .iter()
                 .filter(|material| names.contains(&material.name));

@@ -318,7 +318,9 @@ fn spheres(
 
 #[cfg(test)]
 mod tests {
-    use super::super::case::{Approach, Case, MODELS, Variation};
+    use glimpse_materials::MODELS;
+
+    use super::super::case::{Approach, Case, Variation};
     use super::*;
 
     #[test]

@@ -4,7 +4,7 @@ use glimpse_evaluation::conversion::{OutputFormat, encode};
 use glimpse_evaluation::evaluation::Method;
 use glimpse_fitting::bundled;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::{FittedBrdf, FittedMaterial, Material, PhysicalErrors, Source};
+use glimpse_materials::{FittedBrdf, FittedMaterial, Format, Material, PhysicalErrors, Source};
 use rayon::prelude::*;
 
 /// Returns the fit of a bundled recipe to a material.
@@ -72,18 +72,16 @@ fn tables_of_fits_are_reciprocal_and_conserve_energy() {
                 let after = errors_of_table(fit, *format, false);
                 assert!(
                     after.albedo <= 1.0,
-                    "{recipe} {}: {before:?}, {after:?}",
-                    format.name()
+                    "{recipe} {format:?}: {before:?}, {after:?}"
                 );
                 // Interpolation between nodes; PAB-Opto's files and OpenMATERIAL's have few light directions, the same ones.
-                let limit = match format.name() {
-                    "pab" | "openmaterial" => 0.3,
+                let limit = match format {
+                    OutputFormat::Brdf(Format::Pab | Format::OpenMaterial) => 0.3,
                     _ => 0.02,
                 };
                 assert!(
                     after.reciprocity < limit,
-                    "{recipe} {}: {before:?}, {after:?}",
-                    format.name()
+                    "{recipe} {format:?}: {before:?}, {after:?}"
                 );
             }
         }

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_evaluation::conversion::{Encoded, OutputFormat, encode};
+use glimpse_fitting::choice::Choice;
 use glimpse_fitting::measurement::{NamedRecipe, Report};
 use glimpse_materials::{FittedMaterial, Material};
 use options::{ReadingArgs, ViewingArgs};
@@ -16,7 +17,7 @@ use pictures::pictures;
 use report::{FormatSummary, ReportEntry};
 
 use super::expected_loss::caution;
-use super::formats::{self, Files, written_errors};
+use super::formats::{Files, written_errors};
 use super::lock::Lock;
 use super::output::{create_out_folder, refuse_input, write_files};
 use super::{LINEAR_ANY, emit};
@@ -86,7 +87,7 @@ pub(crate) struct Fit {
     #[command(flatten)]
     viewing: ViewingArgs,
     /// Formats of additional files of the material in DIR/formats; see `trainer convert`
-    #[arg(long, value_parser = formats::parser(), value_delimiter = ',', value_name = "FORMAT,...")]
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "FORMAT,...")]
     format: Vec<OutputFormat>,
     /// With a table in --format: write the BRDF as fitted, even if it is not reciprocal or its albedo is
     /// above 1

@@ -6,12 +6,11 @@ use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_core::gonio::Footprint;
 use glimpse_fitting::measurement::{
-    AngleArgs, CountCalibration, FOOTPRINTS, Fit, ILLUMINANTS, Multiple, NamedRecipe, OBSERVERS,
-    QUANTITIES, ReadingQuantity, Readings, Rows,
+    AngleArgs, CountCalibration, Fit, LargerSpot, Multiple, NamedRecipe, ReadingQuantity, Readings,
+    Rows,
 };
 use glimpse_materials::{Illuminant, Observer, Viewing};
 
-use super::super::choice::choice;
 use super::super::numbers::{channels, finite, reflectances};
 
 /// Options of readings.
@@ -23,7 +22,7 @@ pub(crate) struct ReadingArgs {
     /// that lights the sensor's whole spot; the BRDF times cos(theta_o), also called brdf-cos, ASTM's
     /// cosine-corrected BSDF; or pi times the BRDF, the radiance relative to that of a white tile, also in
     /// percent [default: the column quantity, or else brdf]
-    #[arg(long, value_parser = choice(&QUANTITIES, &[("brdf-cos", "brdf-cos-o")]), conflicts_with_all = ["white", "dark", "saturation", "footprint"])]
+    #[arg(long, value_enum, conflicts_with_all = ["white", "dark", "saturation", "footprint"])]
     quantity: Option<Multiple>,
     /// CSV file of counts on a white tile, if the readings are counts: at the same directions, or in a
     /// single row with --footprint
@@ -42,8 +41,8 @@ pub(crate) struct ReadingArgs {
     /// With --white of a single row: spot on the material that is larger at all angles. The light's spot
     /// covers all that the sensor sees, or the sensor's spot covers all that is lit. It determines the
     /// cosine in the counts
-    #[arg(long, value_parser = choice(&FOOTPRINTS, &[]), requires = "white")]
-    footprint: Option<Footprint>,
+    #[arg(long, value_enum, requires = "white")]
+    footprint: Option<LargerSpot>,
     /// Accept readings that are unlikely to come from a material
     #[arg(long)]
     accept_implausible: bool,
@@ -53,10 +52,10 @@ pub(crate) struct ReadingArgs {
 #[derive(Args)]
 pub(super) struct ViewingArgs {
     /// With bands: illuminant of CIELAB [default: d65]
-    #[arg(long, value_parser = choice(&ILLUMINANTS, &[]))]
+    #[arg(long, value_enum)]
     illuminant: Option<Illuminant>,
     /// With bands: observer of CIELAB, degrees [default: 2]
-    #[arg(long, value_parser = choice(&OBSERVERS, &[]))]
+    #[arg(long, value_enum)]
     observer: Option<Observer>,
 }
 
@@ -107,7 +106,7 @@ impl ReadingArgs {
         if let Some(white) = &self.white {
             return Ok(ReadingQuantity::Counts(CountCalibration::new(
                 self.rows(white)?,
-                self.footprint,
+                self.footprint.map(Footprint::from),
                 self.dark,
                 self.white_reflectance,
                 self.saturation,

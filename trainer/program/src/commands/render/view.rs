@@ -6,11 +6,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use clap::{ArgGroup, Args};
 use glimpse_core::geometry::Angles;
-use glimpse_core::gonio::Quantity;
 use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::Degradation;
 use glimpse_fitting::measurement::{
-    AngleArgs, NamedRecipe, ReadingQuantity, Readings, Rows, SampleReading, Selection,
+    AngleArgs, Multiple, NamedRecipe, ReadingQuantity, Readings, Rows, SampleReading, Selection,
 };
 use glimpse_fitting::route::MachineArgs;
 use glimpse_kernels::scan::scan_with_missing;
@@ -209,7 +208,7 @@ type Measured = (NamedRecipe, Vec<Option<[f32; 3]>>, Option<Angles<f32>>);
 /// the recipe's pattern, there is a direction to read next.
 fn measured(given: &NamedRecipe, file: &Path) -> anyhow::Result<Measured> {
     let rows = Rows::read(file, &AngleArgs::default())?;
-    let readings = Readings::new(given, rows, ReadingQuantity::of(Quantity::Brdf))?;
+    let readings = Readings::new(given, rows, ReadingQuantity::of(Multiple::Brdf))?;
     let Selection {
         readings,
         posterior,

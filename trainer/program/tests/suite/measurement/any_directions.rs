@@ -3,10 +3,9 @@
 use std::f64::consts::FRAC_PI_2;
 
 use glimpse_core::geometry::Angles;
-use glimpse_core::gonio::Quantity;
 use glimpse_core::model::ModelKind;
 use glimpse_fitting::measurement::{
-    AngleArgs, AngleConvention, AngleUnit, Fit, FitFailure, IsotropicAngles, LabReading,
+    AngleArgs, AngleConvention, AngleUnit, Fit, FitFailure, IsotropicAngles, LabReading, Multiple,
     NamedRecipe, ReadingQuantity, Readings, Rows,
 };
 use glimpse_fitting::recipe::RecipeDefect;
@@ -44,7 +43,7 @@ fn conventions_agree() {
         };
         let rows = rows(text, &args).expect("the file is read");
         let any = NamedRecipe::any(ModelKind::Linear);
-        let readings = Readings::new(&any, rows, ReadingQuantity::of(Quantity::Brdf));
+        let readings = Readings::new(&any, rows, ReadingQuantity::of(Multiple::Brdf));
         let pattern = readings.expect("valid readings").pattern();
         let pattern = pattern.iter().map(|angles| angles.map(f64::from));
         pattern
@@ -90,7 +89,7 @@ fn million_directions_are_refused_at_once() {
     };
     let rows = Rows::from_array("a.csv", Vec::new(), (0..1_000_000).map(reading).collect());
     let any = NamedRecipe::any(ModelKind::Linear);
-    let refused = Readings::new(&any, rows, ReadingQuantity::of(Quantity::Brdf));
+    let refused = Readings::new(&any, rows, ReadingQuantity::of(Multiple::Brdf));
     assert_names(&error_message(refused), &["4096"]);
 }
 
@@ -101,7 +100,7 @@ fn bands_are_refused_before_the_fit() {
     // Another error would end the fit.
     let rows =
         rows("index,400nm,500nm\n0,0.1,0.2\n", &AngleArgs::default()).expect("the file is read");
-    let quantity = ReadingQuantity::of(Quantity::Brdf);
+    let quantity = ReadingQuantity::of(Multiple::Brdf);
     let readings = Readings::new(&given, rows, quantity).expect("valid readings");
     let failure = Fit::new(readings, "a".to_owned(), false).expect_err("a failure");
     assert_eq!(failure, FitFailure::Bands(ModelKind::CookTorrance));

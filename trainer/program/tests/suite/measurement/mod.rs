@@ -9,10 +9,10 @@ mod tables;
 use std::path::PathBuf;
 
 use glimpse_core::geometry::Angles;
-use glimpse_core::gonio::Quantity;
 use glimpse_core::model::ModelKind;
 use glimpse_fitting::measurement::{
-    AngleArgs, NamedRecipe, Outliers, ReadingQuantity, Readings, Rows, SampleReading, TableError,
+    AngleArgs, Multiple, NamedRecipe, Outliers, ReadingQuantity, Readings, Rows, SampleReading,
+    TableError,
 };
 use glimpse_fitting::recipe::RecipeFile;
 
@@ -72,7 +72,7 @@ pub(crate) fn read_readings(text: &str, quantity: ReadingQuantity) -> Result<Rea
 
 /// Reads readings of the BRDF from a file with this text.
 pub(crate) fn read_brdf(text: &str) -> Result<Readings, TableError> {
-    read_readings(text, ReadingQuantity::of(Quantity::Brdf))
+    read_readings(text, ReadingQuantity::of(Multiple::Brdf))
 }
 
 /// Returns the error message about an invalid file, without the path.
