@@ -3,6 +3,8 @@
 //! The list has the modules in order, lowest first. The program is a library, so that it
 //! compiles while the libraries below it are still being optimized.
 //!
+//! - `output`: output files
+//! - `progress`: training with progress bars
 //! - `report`: tables, plots, pages
 //! - `benchmark`: timing of the computations that dominate training
 //! - `experiment`: the paper's tables and figures
@@ -11,6 +13,8 @@
 mod benchmark;
 mod commands;
 mod experiment;
+mod output;
+mod progress;
 mod report;
 
 use std::io::Write;
@@ -56,9 +60,8 @@ struct CommonArgs {
     /// numbers ignore it
     #[arg(long, global = true, default_value_t = 0, value_parser = commands::numbers::number(0..=u64::MAX))]
     seed: u64,
-    /// Number of threads, 1 to 256 or the number of cores, whichever is larger; results do not
-    /// depend on it [default: all cores]
-    #[arg(long, global = true, value_parser = commands::numbers::threads)]
+    /// Number of threads, 1 to 1024; results do not depend on it [default: all cores]
+    #[arg(long, global = true, value_parser = commands::numbers::number(1..=1_024_usize))]
     threads: Option<usize>,
 }
 
@@ -66,6 +69,7 @@ struct CommonArgs {
 #[derive(Subcommand)]
 enum Command {
     Quickstart(commands::quickstart::Quickstart),
+    #[command(subcommand)]
     Recipes(commands::recipes::Recipes),
     Train(commands::train::Train),
     Evaluate(commands::evaluate::Evaluate),
@@ -74,6 +78,7 @@ enum Command {
     Inspect(commands::inspect::Inspect),
     Plan(commands::plan::Plan),
     Query(commands::query::Query),
+    #[command(subcommand)]
     Render(commands::render::Render),
     Export(commands::export::Export),
     Convert(commands::convert::Convert),

@@ -4,13 +4,12 @@ use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
 use clap::Args;
-use clap::builder::RangedI64ValueParser;
-use glimpse_core::geometry::Angles;
 use glimpse_evaluation::evaluation::Adaptive;
 use glimpse_fitting::linear::Candidates;
 use glimpse_fitting::measurement::NamedRecipe;
-use glimpse_fitting::route::{Machine, MachineArgs, Position, stops};
+use glimpse_fitting::route::{MachineArgs, stops};
 
+use super::numbers::number;
 use super::read_recipe;
 
 /// Options of an evaluation of adaptive scans.
@@ -22,9 +21,9 @@ pub(crate) struct AdaptiveArgs {
         long,
         value_name = "N",
         conflicts_with_all = ["geometry", "first", "lose"],
-        value_parser = RangedI64ValueParser::<usize>::new().range(1..=256)
+        value_parser = number(1..=256_usize)
     )]
-    adaptive: Option<usize>,
+    pub(crate) adaptive: Option<usize>,
     /// With --adaptive: recipe whose pattern is read first
     #[arg(long, value_name = "RECIPE", requires = "adaptive")]
     begin: Option<PathBuf>,
@@ -32,23 +31,13 @@ pub(crate) struct AdaptiveArgs {
     machine: MachineArgs,
 }
 
-/// The scans of one recipe.
-pub(crate) struct Request {
-    any: NamedRecipe,
-    begin: Vec<Angles<f32>>,
-    samples: usize,
-    machine: Machine,
-    position: Option<Position>,
-}
-
 impl AdaptiveArgs {
-    /// The number of directions.
-    pub(crate) fn samples(&self) -> Option<usize> {
-        self.adaptive
-    }
-
-    /// Returns the scans with a recipe. None without --adaptive.
-    pub(crate) fn request(&self, given: &NamedRecipe) -> anyhow::Result<Option<Request>> {
+    /// Returns the scans with a recipe, continued by one for readings at any directions. None without --adaptive.
+    pub(crate) fn scans<'a>(
+        &self,
+        given: &NamedRecipe,
+        any: &'a NamedRecipe,
+    ) -> anyhow::Result<Option<Adaptive<'a>>> {
         let args = &self.machine;
         let Some(samples) = self.adaptive else {
             ensure!(
@@ -57,7 +46,6 @@ impl AdaptiveArgs {
             );
             return Ok(None);
         };
-        let any = given.continuing();
         let machine = given.machine(args)?;
         let begin = match &self.begin {
             None => given.clone(),
@@ -78,29 +66,16 @@ impl AdaptiveArgs {
             "--adaptive {samples}: the scan begins with {} samples; give a larger number",
             begin.len()
         );
-        Ok(Some(Request {
-            any,
+        let basis = any.basis.as_deref();
+        let basis = basis.with_context(|| format!("{} has no basis", any.name))?;
+        Ok(Some(Adaptive {
+            file: &any.file,
+            basis,
+            prior: any.prior.clone(),
+            candidates: Candidates::new(basis, &machine.limits),
             begin,
             samples,
-            machine,
             position: args.position(machine),
         }))
-    }
-}
-
-impl Request {
-    /// Prepares the scans.
-    pub(crate) fn scans(&self) -> anyhow::Result<Adaptive<'_>> {
-        let basis = self.any.basis.as_deref();
-        let basis = basis.with_context(|| format!("{} has no basis", self.any.name))?;
-        Ok(Adaptive {
-            file: &self.any.file,
-            basis,
-            prior: self.any.prior.clone(),
-            candidates: Candidates::new(basis, &self.machine.limits),
-            begin: self.begin.clone(),
-            samples: self.samples,
-            position: self.position.clone(),
-        })
     }
 }

@@ -9,9 +9,9 @@ use glimpse_kernels::lanes::InstructionSet;
 use glimpse_kernels::peak::peak;
 use serde::Serialize;
 
-use super::progress::StepProgress;
 use super::{emit, numbers};
 use crate::benchmark::WORKS;
+use crate::progress::StepProgress;
 use crate::report::Table;
 
 /// Time the computations of meta-learning, and compare them with this machine's peak.
@@ -59,7 +59,7 @@ impl Bench {
         );
         // On a thread of the pool, like training.
         let lines = rayon::scope(|_| self.measure());
-        let table = Table::of_records("", &COLUMNS, &lines)?;
+        let table = Table::of_records(&COLUMNS, &lines)?;
         emit(self.json, &lines, || table.to_markdown())
     }
 
@@ -72,25 +72,22 @@ impl Bench {
             .flat_map(|kernels| WORKS.map(|work| (kernels, work)))
             .collect();
         let progress = StepProgress::new("timing", 2 + works.len());
-        let threads = |is_parallel| {
-            if is_parallel {
-                rayon::current_num_threads()
-            } else {
-                1
-            }
-        };
+        let threads = [1, rayon::current_num_threads()];
         let peaks = [false, true].map(|is_parallel| {
             let gflops = peak(is_parallel, 0.5 * self.seconds);
             progress.increment();
             gflops
         });
-        let lines_of_peaks = [false, true].map(|is_parallel| Line {
-            name: format!("peak of {}", InstructionSet::detect().name()),
-            threads: threads(is_parallel),
-            median_ms: None,
-            gflops: Some(peaks[usize::from(is_parallel)]),
-            share_of_peak: None,
-        });
+        let lines_of_peaks = threads
+            .into_iter()
+            .zip(peaks)
+            .map(|(threads, gflops)| Line {
+                name: format!("peak of {}", InstructionSet::detect().name()),
+                threads,
+                median_ms: None,
+                gflops: Some(gflops),
+                share_of_peak: None,
+            });
         let lines = works.into_iter().map(|(kernels, work)| {
             let seconds = work.measure(kernels, self.seconds);
             progress.increment();
@@ -98,13 +95,13 @@ impl Bench {
             let gflops = count.map(|count| 2e-9 * count as f64 / seconds);
             Line {
                 name: format!("{}: {}", kernels.model, work.name),
-                threads: threads(work.is_parallel),
+                threads: threads[usize::from(work.is_parallel)],
                 median_ms: Some(1e3 * seconds),
                 gflops,
                 share_of_peak: gflops.map(|gflops| gflops / peaks[usize::from(work.is_parallel)]),
             }
         });
-        lines_of_peaks.into_iter().chain(lines).collect()
+        lines_of_peaks.chain(lines).collect()
     }
 }
 

@@ -11,12 +11,12 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use super::lock::Lock;
-use super::output::{create_out_folder, file_as_json, write_file};
 use super::{emit, load, load_single};
+use crate::output::{file_as_json, write_file};
 use crate::report::{
-    Cell, Column, Gallery, GalleryRow, Lobe, MAX_LOBES, Page, Table, Tile, lobe, lobe_svg,
-    metric_columns,
+    Column, GalleryRow, Lobe, MAX_LOBES, Page, Table, Tile, lobe_svg, metric_columns,
 };
+use serde_json::Value;
 
 /// Compare materials with a reference.
 ///
@@ -67,12 +67,10 @@ impl Compare {
         let compared = self.compare(&evaluator)?;
         let table = table(references[0].name(), &compared);
         let index = self.out.as_ref().map(|out| out.join("index.html"));
-        if let (Some(out), Some(index)) = (&self.out, &index) {
-            create_out_folder(out)?;
+        if let Some(out) = &self.out {
             let _lock = Lock::of_folder(out)?;
             write_file(&out.join("errors.csv"), table.to_csv().as_bytes(), true)?;
             page(&evaluator, &compared, &table)?.write(out)?;
-            eprintln!("wrote {}", index.display());
         }
         let rows = compared.iter().map(|compared| {
             let mut row = serde_json::to_value(compared.metrics)?;
@@ -122,7 +120,9 @@ impl Compare {
 fn table(reference: &str, compared: &[Compared]) -> Table {
     let row = |compared: &Compared| {
         let label = [compared.label[..].into()].into_iter();
-        label.chain(Cell::of_metrics(&compared.metrics)).collect()
+        label
+            .chain(compared.metrics.values().map(Value::from))
+            .collect()
     };
     let columns = [&[Column::text("Material")][..], &metric_columns()].concat();
     let rows = compared.iter().map(row);
@@ -144,26 +144,23 @@ fn page(evaluator: &Evaluator<'_>, compared: &[Compared], table: &Table) -> anyh
         row.tiles.push(Tile::plain("difference", differences));
         Ok(row)
     });
-    let gallery = Gallery {
-        caption: format!(
-            "Spheres, and their color difference: {WHITE_DIFFERENCE} and more is white"
-        ),
-        rows: rows.collect::<anyhow::Result<_>>()?,
-    };
+    let rows = rows.collect::<anyhow::Result<Vec<_>>>()?;
+    let caption =
+        format!("Spheres, and their color difference: {WHITE_DIFFERENCE} and more is white");
     let mut page = Page::new(format!("Glimpse: comparison with {}", reference.name()));
-    page.table(table).gallery(&gallery).heading("Lobes");
+    page.table(table).gallery(&caption, &rows).heading("Lobes");
     for theta_i in LOBE_THETA_I {
         for some in compared.chunks(MAX_LOBES) {
-            let named = |name: &str, brdf: &dyn Material, is_dashed| Lobe {
-                name: name.to_owned(),
-                theta_i: theta_i.to_radians(),
-                curve: lobe(brdf, theta_i.to_radians()),
-                is_dashed,
-                deviations: Vec::new(),
+            let lobe =
+                |name: &str, brdf: &dyn Material| Lobe::new(name, brdf, theta_i.to_radians());
+            let lobes = some
+                .iter()
+                .map(|compared| lobe(&compared.label, &*compared.material));
+            let reference = Lobe {
+                is_dashed: true,
+                ..lobe(&title, reference)
             };
-            let lobes = some.iter();
-            let lobes = lobes.map(|compared| named(&compared.label, &*compared.material, false));
-            let lobes: Vec<Lobe> = lobes.chain([named(&title, reference, true)]).collect();
+            let lobes: Vec<Lobe> = lobes.chain([reference]).collect();
             page.drawing(
                 &lobe_svg(&lobes),
                 &format!("Luminance in the plane of incidence, light at {theta_i} degrees"),

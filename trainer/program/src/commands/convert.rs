@@ -4,17 +4,14 @@ use std::path::PathBuf;
 
 use anyhow::ensure;
 use clap::Args;
-use glimpse_evaluation::conversion::{
-    OutputFormat, WrittenErrors, encode, file_name, output_paths,
-};
+use glimpse_evaluation::conversion::{OutputFormat, encode, file_name, output_paths};
 use glimpse_fitting::choice::Choice;
 use glimpse_materials::{Format, Source};
 use serde::Serialize;
-use serde_json::Value;
 
-use super::formats::{Files, describe_loss, written_errors};
-use super::output::{file_as_json, refuse_source, write_files};
+use super::formats::{self, WrittenFormat, describe_loss};
 use super::{emit, load_single};
+use crate::output::refuse_source;
 
 /// Convert a material to another format.
 ///
@@ -66,10 +63,8 @@ pub(crate) struct Convert {
 #[derive(Serialize)]
 struct Report<'m> {
     material: &'m str,
-    format: String,
-    files: Vec<Value>,
     #[serde(flatten)]
-    errors: Option<WrittenErrors>,
+    written: WrittenFormat,
 }
 
 impl Convert {
@@ -97,19 +92,14 @@ impl Convert {
             self.source,
             format.name()
         );
-        let bytes = encoded.files.iter().map(|(_, bytes)| bytes.clone());
-        let files: Files = outs.into_iter().zip(bytes).collect();
-        write_files(&files, self.force)?;
-        let errors = written_errors(&encoded, &*material, &files)?;
+        let written = formats::write(format, &encoded, &*material, outs, self.force)?;
+        let loss = written.errors.as_ref().map(describe_loss);
         let report = Report {
             material: material.name(),
-            format: format.name(),
-            files: files.iter().map(|(path, _)| file_as_json(path)).collect(),
-            errors,
+            written,
         };
         emit(self.json, &report, || {
-            let errors = errors.as_ref();
-            errors.map_or_else(String::new, |errors| describe_loss(errors) + "\n")
+            loss.map_or_else(String::new, |loss| loss + "\n")
         })
     }
 }

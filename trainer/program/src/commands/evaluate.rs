@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
-use anyhow::{Error, ensure};
+use anyhow::{Context, Error, ensure};
 use clap::Args;
 use glimpse_evaluation::evaluation::{Degradation, Evaluator, Method, TrainingMaterials};
 use glimpse_fitting::measurement::NamedRecipe;
@@ -12,13 +12,12 @@ use glimpse_materials::basis::Basis;
 
 use super::adaptive::AdaptiveArgs;
 use super::evaluation_report::{Comparison, RecipeReport};
-use super::export_basis::read_compact;
+use super::expected_loss::expected_loss;
 use super::fits::{NamedMethod, add_fits};
 use super::geometry::GeometryArgs;
 use super::lock::Lock;
-use super::output::create_out_folder;
-use super::progress::StepProgress;
 use super::{load, numbers, print, print_json};
+use crate::progress::StepProgress;
 use crate::report::Page;
 
 /// Evaluate recipes on materials.
@@ -78,7 +77,7 @@ pub(crate) struct Evaluate {
     target: Option<f64>,
     /// Number of repetitions with dropped or noisy readings, 1 to 10000
     /// [default: 5]
-    #[arg(long, value_name = "COUNT", value_parser = numbers::seeds)]
+    #[arg(long, value_name = "COUNT", value_parser = numbers::number(1..=10_000_u64))]
     seeds: Option<u64>,
     /// Folder for a page, index.html, with a sphere of each fit
     #[arg(long, short, value_name = "DIR")]
@@ -94,37 +93,38 @@ const DEFAULT_SEEDS: u64 = 5;
 impl Evaluate {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         self.refuse_unused_options()?;
-        let compact = self
-            .basis
-            .as_ref()
-            .map(|path| Basis::from_compact_bytes(&read_compact(path)?).map_err(Error::msg));
+        let compact = self.basis.as_ref().map(|path| {
+            let context = || format!("cannot read the compact basis {}", path.display());
+            let bytes = Basis::read_compact(path).with_context(context)?;
+            let basis = Basis::from_compact_bytes(&bytes).map_err(Error::msg);
+            basis.with_context(context)
+        });
         let compact = compact.transpose()?;
-        let recipes = self
-            .recipe
-            .iter()
-            .map(|path| match self.adaptive.samples() {
-                Some(_) => Ok(NamedRecipe::read(path)?),
-                None => self.geometry.read(path),
-            });
+        let recipes = self.recipe.iter().map(|path| match self.adaptive.adaptive {
+            Some(_) => Ok(NamedRecipe::read(path)?),
+            None => self.geometry.read(path),
+        });
         let recipes = recipes.collect::<anyhow::Result<Vec<_>>>()?;
         for named in &recipes {
             let recipe = named.file.recipe();
-            match self.adaptive.samples() {
+            match self.adaptive.adaptive {
                 Some(samples) => self.degradation.validate(samples, None)?,
                 None => self.degradation.validate(recipe.samples(), Some(&recipe))?,
             }
         }
-        let adaptive = recipes.iter().map(|named| self.adaptive.request(named));
+        let continuing: Vec<_> = recipes.iter().map(NamedRecipe::continuing).collect();
+        let adaptive = recipes.iter().zip(&continuing);
+        let adaptive = adaptive.map(|(named, any)| self.adaptive.scans(named, any));
         let adaptive = adaptive.collect::<anyhow::Result<Vec<_>>>()?;
         let materials = load(&self.test)?;
         let progress = StepProgress::new("rendering the materials", materials.len());
         let evaluator = Evaluator::new(&materials);
         drop(progress);
         let (mut reports, mut methods) = (Vec::new(), Vec::new());
-        for ((path, named), adaptive) in self.recipe.iter().zip(&recipes).zip(&adaptive) {
+        for ((path, named), adaptive) in self.recipe.iter().zip(&recipes).zip(adaptive) {
             let recipe = named.file.recipe();
             let mut method = match adaptive {
-                Some(adaptive) => Method::adaptive(adaptive.scans()?),
+                Some(adaptive) => Method::adaptive(adaptive),
                 None => {
                     let basis = compact.as_ref().or(named.basis.as_deref());
                     Method::with_prior(&recipe, basis, Some(named.prior.clone()))?
@@ -144,23 +144,22 @@ impl Evaluate {
             let target = self
                 .target
                 .map(|target| evaluator.evaluate_target(&recipe, &method, target, seed));
-            reports.push(RecipeReport::new(
-                path.display().to_string(),
-                &recipe,
-                report,
-                target.transpose()?,
-            )?);
             let name = path.display().to_string();
+            reports.push(RecipeReport {
+                recipe: name.clone(),
+                report,
+                promise: named.file.metadata().expected_loss,
+                stated_loss: expected_loss(&recipe)?,
+                target: target.transpose()?,
+            });
             methods.push(NamedMethod::of_recipe(&name, &recipe, method)?);
         }
         if let Some(out) = &self.out {
-            create_out_folder(out)?;
             let _lock = Lock::of_folder(out)?;
             let mut page = Page::new("Glimpse: scans and their materials");
             let caption = format!("Test set: {} ({} materials)", self.test, materials.len());
             add_fits(&mut page, &caption, &evaluator, &methods, seed)?;
             page.write(out)?;
-            eprintln!("wrote {}", out.join("index.html").display());
         }
         match (&reports[..], self.json) {
             ([one], false) => print(&one.to_text()),

@@ -1,54 +1,33 @@
 //! Reports of evaluations as text and as JSON, with standard errors and warnings about training materials.
 
-use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::{Estimate, Report, TargetReport, TrainingOverlap};
-use glimpse_evaluation::metrics::METRICS;
+use glimpse_evaluation::metrics::{METRICS, Metrics};
 use glimpse_fitting::recipe::expected_loss::ValidatedLoss;
-use glimpse_fitting::recipe::{Metadata, MetadataError};
 use serde::Serialize;
 
-use super::expected_loss::expected_loss;
+use super::expected_loss::standard_error;
 use super::training_overlap::warnings;
-use crate::report::{Cell, Column, Table, metric_columns};
+use crate::report::{Column, Table, metric_columns};
+use serde_json::Value;
 
 /// The evaluation of a recipe.
 #[derive(Serialize)]
 pub(super) struct RecipeReport {
     /// Path of the recipe.
-    recipe: String,
+    pub(super) recipe: String,
     #[serde(flatten)]
-    report: Report,
+    pub(super) report: Report,
     /// The expected loss that the recipe states.
-    promise: Option<ValidatedLoss>,
+    pub(super) promise: Option<ValidatedLoss>,
     /// The same as text.
     #[serde(skip)]
-    stated_loss: Option<String>,
+    pub(super) stated_loss: Option<String>,
     /// Scans that end at a target loss.
     #[serde(skip_serializing_if = "Option::is_none")]
-    target: Option<TargetReport>,
+    pub(super) target: Option<TargetReport>,
 }
 
 impl RecipeReport {
-    /// Creates the report of a recipe.
-    ///
-    /// # Errors
-    /// If the recipe's metadata is malformed.
-    pub(super) fn new(
-        path: String,
-        recipe: &Recipe<'_>,
-        report: Report,
-        target: Option<TargetReport>,
-    ) -> Result<Self, MetadataError> {
-        let stated_loss = expected_loss(recipe)?;
-        Ok(Self {
-            recipe: path,
-            report,
-            promise: Metadata::of(recipe)?.expected_loss,
-            stated_loss,
-            target,
-        })
-    }
-
     /// Returns remarks about training materials, predicted losses and the stated loss.
     fn remarks(&self) -> Vec<String> {
         let report = &self.report;
@@ -56,10 +35,7 @@ impl RecipeReport {
         let overlaps = materials.map(|material| Some((&material.name[..], material.overlap?)));
         let mut remarks = warnings(&overlaps.collect());
         if let Some(new) = &report.new {
-            let error = new.loss_standard_error;
-            let error = error.map_or(String::new(), |error| {
-                format!(" (standard error {error:.4})")
-            });
+            let error = standard_error(new.loss_standard_error);
             remarks.push(format!(
                 "mean loss over the {} unseen materials: {:.4}{error}",
                 new.materials, new.loss
@@ -91,38 +67,31 @@ impl RecipeReport {
         let report = &self.report;
         let mut columns = vec![Column::text("material")];
         columns.extend(METRICS.map(|metric| Column::plain(metric.title, metric.decimals)));
-        if let Some(prediction) = &report.prediction {
-            columns.push(Column::plain("predicted loss", 4));
-            let bound = prediction.bound_coverage;
-            columns.extend(bound.map(|_| Column::plain("at most", 4)));
-        }
-        let predictions = columns.len() - 1 - METRICS.len();
+        columns.extend(["predicted loss", "at most"].map(|title| Column::plain(title, 4)));
         columns.push(Column::text(""));
-        let row = |name: &str, values: [f64; METRICS.len()], predicted: [_; 2], mark: &str| {
-            let mut row = vec![Cell::from(name)];
-            row.extend(values.map(Cell::Number));
-            row.extend(predicted.map(Cell::from).into_iter().take(predictions));
-            row.push(mark.into());
+        let row = |name: &str, metrics: &Metrics, others: [Value; 3]| {
+            let mut row = vec![Value::from(name)];
+            row.extend(metrics.values().map(Value::from));
+            row.extend(others);
             row
         };
-        let mut rows = Vec::new();
-        for material in &report.materials {
+        let rows = report.materials.iter().map(|material| {
             let mark = match material.overlap {
-                Some(TrainingOverlap::SameBrdf) => "training material",
-                Some(TrainingOverlap::SameName) => "same name as a training material",
-                _ if material.unlike_training == Some(true) => "unlike the training",
-                _ => "",
+                Some(TrainingOverlap::SameBrdf) => Some("training material"),
+                Some(TrainingOverlap::SameName) => Some("same name as a training material"),
+                _ if material.unlike_training == Some(true) => Some("unlike the training"),
+                _ => None,
             };
-            let predicted = [material.predicted_loss, material.loss_bound];
-            rows.push(row(
+            let [loss, bound] = [material.predicted_loss, material.loss_bound].map(Value::from);
+            row(
                 &material.name,
-                material.metrics.values(),
-                predicted,
-                mark,
-            ));
-        }
-        let predicted = report.prediction.as_ref().map(|each| each.loss);
-        rows.push(row("mean", report.metrics.values(), [predicted, None], ""));
+                &material.metrics,
+                [loss, bound, mark.into()],
+            )
+        });
+        let predicted = report.prediction.as_ref().map(|prediction| prediction.loss);
+        let others = [predicted.into(), Value::Null, Value::Null];
+        let rows = rows.chain([row("mean", &report.metrics, others)]);
         let mut text = format!(
             "{} {} n = {}\n{}",
             report.method,
@@ -195,12 +164,12 @@ struct Difference<'a> {
 impl<'a> Comparison<'a> {
     /// Compares at least one report with the first one.
     pub(super) fn new(recipes: &'a [RecipeReport]) -> Self {
-        let difference = |each: &'a RecipeReport| {
-            let (base, losses) = (recipes[0].report.losses(), each.report.losses());
+        let difference = |recipe: &'a RecipeReport| {
+            let (base, losses) = (recipes[0].report.losses(), recipe.report.losses());
             let better = losses.iter().zip(&base).filter(|(loss, base)| loss < base);
             let estimate = Estimate::from_paired_differences(&losses, &base);
             Difference {
-                recipe: &each.recipe,
+                recipe: &recipe.recipe,
                 base: &recipes[0].recipe,
                 loss: estimate.mean,
                 standard_error: estimate.standard_error,
@@ -230,14 +199,14 @@ impl<'a> Comparison<'a> {
             .recipes
             .iter()
             .zip(differences)
-            .map(|(each, difference)| {
-                let report = &each.report;
+            .map(|(recipe, difference)| {
+                let report = &recipe.report;
                 let mut row = vec![
-                    each.recipe[..].into(),
+                    recipe.recipe[..].into(),
                     report.model[..].into(),
                     report.samples.into(),
                 ];
-                row.extend(Cell::of_metrics(&report.metrics));
+                row.extend(report.metrics.values().map(Value::from));
                 row.push(report.loss_standard_error.into());
                 if let Some(difference) = difference {
                     row.push(difference.loss.into());
@@ -251,9 +220,9 @@ impl<'a> Comparison<'a> {
              differences.\n",
             Table::new("", columns, rows).to_markdown()
         );
-        for each in self.recipes {
-            for remark in each.remarks() {
-                text += &format!("\n{}: {remark}", each.recipe);
+        for recipe in self.recipes {
+            for remark in recipe.remarks() {
+                text += &format!("\n{}: {remark}", recipe.recipe);
             }
         }
         text + "\n"

@@ -1,5 +1,7 @@
 //! Text of a recipe's expected loss. It always names the materials on which the loss was measured.
 
+use std::fmt::Display;
+
 use glimpse_core::recipe::Recipe;
 use glimpse_fitting::bundled;
 use glimpse_fitting::recipe::expected_loss::{ValidatedLoss, ValidationSplit};
@@ -8,10 +10,32 @@ use glimpse_materials::{Origin, SourceShare};
 
 /// Describes the expected loss that a recipe states; None if it states none. The text starts with the number.
 pub(super) fn expected_loss(recipe: &Recipe<'_>) -> Result<Option<String>, MetadataError> {
-    let caution = caution(recipe)?;
     let metadata = Metadata::of(recipe)?;
-    let loss = recipe.expected_loss();
-    Ok(loss.map(|loss| describe(loss, &metadata, caution.as_deref())))
+    let Some(loss) = recipe.expected_loss() else {
+        return Ok(None);
+    };
+    let materials = metadata.validation_materials();
+    let Some((expected, materials)) = metadata.expected_loss.zip(materials) else {
+        return Ok(Some(format!("{loss:.4}, on unstated materials")));
+    };
+    let ValidatedLoss { estimate, split } = expected;
+    let error = standard_error(estimate.standard_error);
+    let caution = match (split, caution(recipe)?) {
+        (ValidationSplit::Training, _) => "the loss on unseen materials is unknown".to_owned(),
+        (_, Some(caution)) => caution,
+        (_, None) => "other kinds of materials may have a larger loss".to_owned(),
+    };
+    let count = estimate.materials;
+    Ok(Some(format!(
+        "{loss:.4}{error}, measured on {count} {materials}; {caution}"
+    )))
+}
+
+/// Describes a standard error, to follow its mean.
+pub(super) fn standard_error(error: Option<impl Display>) -> String {
+    error.map_or(String::new(), |error| {
+        format!(" (standard error {error:.4})")
+    })
 }
 
 /// A caution about a bundled recipe, or one that was trained on built-in materials only. None for other recipes, and
@@ -40,25 +64,6 @@ pub(super) fn caution(recipe: &Recipe<'_>) -> Result<Option<String>, MetadataErr
 fn is_built_in(sources: &[SourceShare]) -> bool {
     let is_built_in = |source: &SourceShare| source.origin == Origin::BuiltIn;
     !sources.is_empty() && sources.iter().all(is_built_in)
-}
-
-fn describe(loss: f32, metadata: &Metadata, caution: Option<&str>) -> String {
-    let materials = metadata.validation_materials();
-    let Some((expected, materials)) = metadata.expected_loss.zip(materials) else {
-        return format!("{loss:.4}, on unstated materials");
-    };
-    let ValidatedLoss { estimate, split } = expected;
-    let error = match estimate.standard_error {
-        Some(error) => format!(" (standard error {error:.4})"),
-        None => String::new(),
-    };
-    let caution = match (split, caution) {
-        (ValidationSplit::Training, _) => "; the loss on unseen materials is unknown".to_owned(),
-        (_, Some(caution)) => format!("; {caution}"),
-        (_, None) => "; other kinds of materials may have a larger loss".to_owned(),
-    };
-    let count = estimate.materials;
-    format!("{loss:.4}{error}, measured on {count} {materials}{caution}")
 }
 
 #[cfg(test)]

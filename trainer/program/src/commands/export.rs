@@ -2,15 +2,15 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
+use anyhow::{Context, bail, ensure};
 use clap::Args;
 use glimpse_fitting::export::{to_c, to_json};
+use glimpse_fitting::linear::{COMPACT_COMPONENTS, COMPACT_NODES, to_compact_bytes};
 use glimpse_materials::basis::Basis;
 
-use super::export_basis::compact_basis_of_recipe;
 use super::geometry::GeometryArgs;
-use super::numbers;
-use super::output::{refuse_input, write_file};
+use super::{numbers, read_recipe};
+use crate::output::{refuse_recipe, write_file};
 
 /// An output format of recipes.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
@@ -66,17 +66,49 @@ impl Export {
         if self.components.is_some() && !matches!(self.format, Format::Basis) {
             bail!("--components has no effect: give --format basis, or remove it");
         }
-        refuse_input(&self.out, &self.recipe)?;
-        refuse_input(&self.out, &Basis::path_for(&self.recipe))?;
+        refuse_recipe(&self.out, &self.recipe)?;
         let file = self.geometry.read_file(&self.recipe)?;
         let bytes = match self.format {
             Format::Postcard if self.strip => file.stripped()?.bytes().to_vec(),
             Format::C if self.strip => to_c(&file.stripped()?).into_bytes(),
             Format::C => to_c(&file).into_bytes(),
             Format::Postcard => file.bytes().to_vec(),
-            Format::Basis => compact_basis_of_recipe(&self.recipe, self.components)?,
+            Format::Basis => self.compact_basis()?,
             Format::Json => (serde_json::to_string_pretty(&to_json(&file)?)? + "\n").into_bytes(),
         };
         write_file(&self.out, &bytes, self.force)
     }
+
+    /// Compacts the whole basis next to a recipe of the model linear.
+    fn compact_basis(&self) -> anyhow::Result<Vec<u8>> {
+        let named = read_recipe(&self.recipe)?;
+        let basis = named.basis.with_context(|| {
+            format!(
+                "{} has no basis: --format basis takes a recipe of the model linear with its basis file next to it",
+                self.recipe.display()
+            )
+        })?;
+        ensure!(
+            !basis.is_compact(),
+            "{} is a compact basis already: copy it, or train the recipe again for a whole basis",
+            Basis::path_for(&self.recipe).display()
+        );
+        compact_basis(&basis, self.components)
+    }
+}
+
+/// Compacts a whole basis to a given number of components, or else to [`COMPACT_COMPONENTS`] of them.
+pub(crate) fn compact_basis(basis: &Basis, components: Option<usize>) -> anyhow::Result<Vec<u8>> {
+    let all = basis.components();
+    let components = components.unwrap_or(COMPACT_COMPONENTS.min(all));
+    ensure!(
+        (1..=all).contains(&components),
+        "--components {components} is out of range: this recipe's basis has {all}; give 1 to {all}"
+    );
+    let bytes = to_compact_bytes(basis, components, COMPACT_NODES);
+    eprintln!(
+        "compact basis: {components} of {all} components, {} bytes, valid for recipes of any n with the same whole basis",
+        bytes.len()
+    );
+    Ok(bytes)
 }

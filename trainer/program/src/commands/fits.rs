@@ -8,17 +8,18 @@ use glimpse_fitting::recipe::Metadata;
 use glimpse_fitting::route::{Order, Route};
 use rayon::prelude::*;
 
-use super::progress::StepProgress;
-use crate::report::{Cell, Column, Gallery, GalleryRow, Page, Table, metric_columns};
+use crate::progress::StepProgress;
+use crate::report::{Column, GalleryRow, Page, Table, metric_columns};
+use serde_json::Value;
 
 /// A method with its name and the costs of a scan.
 pub(super) struct NamedMethod<'a> {
-    pub(super) name: String,
-    pub(super) method: Method<'a>,
+    name: String,
+    method: Method<'a>,
     /// Duration of a scan in seconds; None if the directions differ between materials.
-    pub(super) seconds: Option<f64>,
+    seconds: Option<f64>,
     /// Cycles of a fit on a Cortex-M4F, if they were measured.
-    pub(super) cycles: Option<u64>,
+    cycles: Option<u64>,
 }
 
 impl<'a> NamedMethod<'a> {
@@ -69,7 +70,7 @@ pub(super) fn add_fits(
     let rows = methods.iter().enumerate().map(|(index, named)| {
         let mean = Metrics::mean(fits.iter().map(|fits| fits[index].1)).unwrap_or_default();
         let mut row = vec![named.name[..].into()];
-        row.extend(Cell::of_metrics(&mean));
+        row.extend(mean.values().map(Value::from));
         row.push(named.seconds.into());
         row.push(named.cycles.map(|cycles| cycles as f64).into());
         row
@@ -84,8 +85,7 @@ pub(super) fn add_fits(
         let reference = evaluator.reference(index).clone();
         GalleryRow::of_fits(materials[index].name(), reference, fits)
     });
-    let rows = rows.collect();
-    let caption = caption.to_owned();
-    page.table(&table).gallery(&Gallery { caption, rows });
+    page.table(&table)
+        .gallery(caption, &rows.collect::<Vec<_>>());
     Ok(table)
 }

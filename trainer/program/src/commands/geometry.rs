@@ -1,8 +1,6 @@
 //! The option `--geometry`: directions for a recipe without a pattern.
 
-use std::convert::Infallible;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 use std::sync::Arc;
 
 use anyhow::{Context, ensure};
@@ -13,22 +11,6 @@ use glimpse_fitting::recipe::RecipeFile;
 
 use super::{read_recipe, require_pattern};
 
-/// Directions of readings.
-#[derive(Clone, Debug)]
-enum Geometry {
-    Instrument(Instrument),
-    File(PathBuf),
-}
-
-impl FromStr for Geometry {
-    type Err = Infallible;
-
-    fn from_str(text: &str) -> Result<Self, Infallible> {
-        let instrument = Instrument::from_str(text, true);
-        Ok(instrument.map_or_else(|_| Self::File(text.into()), Self::Instrument))
-    }
-}
-
 /// Directions for a recipe of `train --samples any`.
 #[derive(Args)]
 pub(crate) struct GeometryArgs {
@@ -36,7 +18,7 @@ pub(crate) struct GeometryArgs {
     /// degrees and six aspecular angles; multi-angle-gloss: and gloss at 20, 60 and 80; in-plane: a line at
     /// theta_i = 45; five-lines), or of a CSV file, in degrees
     #[arg(long, value_name = "INSTRUMENT|FILE.csv")]
-    geometry: Option<Geometry>,
+    geometry: Option<PathBuf>,
 }
 
 impl GeometryArgs {
@@ -61,17 +43,17 @@ impl GeometryArgs {
             "--geometry has no effect, because {} has directions of its own: remove it",
             named.name
         );
-        let recipe = named.at(&geometry.directions()?, &[]);
+        let recipe = named.at(&directions(geometry)?, &[]);
         recipe.context("--geometry")
     }
 }
 
-impl Geometry {
-    fn directions(&self) -> anyhow::Result<Vec<Angles<f32>>> {
-        match self {
-            Self::Instrument(instrument) => Ok(instrument.directions(0.0)),
-            Self::File(path) => read_directions(path).context("--geometry names a file"),
-        }
+/// Returns the directions of an instrument, or else of a file.
+fn directions(geometry: &Path) -> anyhow::Result<Vec<Angles<f32>>> {
+    let name = geometry.to_str().unwrap_or_default();
+    match Instrument::from_str(name, true) {
+        Ok(instrument) => Ok(instrument.directions(0.0)),
+        Err(_) => read_directions(geometry).context("--geometry names a file"),
     }
 }
 

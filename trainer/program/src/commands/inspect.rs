@@ -10,12 +10,11 @@ use glimpse_fitting::measurement::NamedRecipe;
 use glimpse_fitting::recipe::options::TrainingOptions;
 use glimpse_fitting::recipe::{Metadata, MetadataError};
 use glimpse_fitting::route::{Order, Route, arms_in_degrees};
-use glimpse_materials::Identity;
 use glimpse_materials::setting::Name;
 
 use super::expected_loss::expected_loss;
 use super::limits::describe;
-use super::{print, print_json};
+use super::{first_of, print, print_json};
 
 /// Print a recipe: model, memory, expected loss, limits, training and pattern.
 ///
@@ -38,14 +37,14 @@ impl Inspect {
         if self.json {
             return print_json(&to_json(&file)?);
         }
-        let mut text = format!(
-            "recipe {:08x}, {} bytes\n{}memory         {} words\n{}",
-            recipe.checksum(),
-            file.bytes().len(),
-            describe_estimator(&recipe),
-            recipe.memory_words(),
-            describe_metadata(&recipe, file.metadata())?,
-        );
+        let mut items = describe_estimator(&recipe).to_vec();
+        items.push(("memory", format!("{} words", recipe.memory_words())));
+        items.extend(describe_metadata(&recipe, file.metadata())?);
+        let (checksum, bytes) = (recipe.checksum(), file.bytes().len());
+        let mut text = format!("recipe {checksum:08x}, {bytes} bytes\n");
+        for (name, item) in items.iter().filter(|(_, item)| !item.is_empty()) {
+            text += &format!("{name:15}{item}\n");
+        }
         if recipe.samples() > 0 {
             text += "\nsample  theta_h  theta_d    phi_d  theta_i    phi_i  theta_o    phi_o  (degrees)\n";
         }
@@ -62,8 +61,11 @@ impl Inspect {
     }
 }
 
-/// Describes the model, the samples, and the stages of the fit, one a line.
-fn describe_estimator(recipe: &Recipe<'_>) -> String {
+/// A line of the description: its name and text. A line without text is not printed.
+type Item = (&'static str, String);
+
+/// Describes the model, the samples, and the stages of the fit.
+fn describe_estimator(recipe: &Recipe<'_>) -> [Item; 3] {
     let samples = match (recipe.samples(), recipe.tolerates_missing()) {
         (0, _) => "readings at any directions, without a pattern".to_owned(),
         (count, true) => format!("{count}; any reading may be missing"),
@@ -88,10 +90,8 @@ fn describe_estimator(recipe: &Recipe<'_>) -> String {
             format!("{net}ridge with {components} components{steps}")
         }
     };
-    format!(
-        "model          {}\nsamples        {samples}\nfit            {fit}\n",
-        recipe.model(),
-    )
+    let model = recipe.model().to_string();
+    [("model", model), ("samples", samples), ("fit", fit)]
 }
 
 /// Describes the time of a scan, on the machine that the recipe was trained for.
@@ -117,54 +117,37 @@ fn describe_scan(recipe: &Recipe<'_>, metadata: &Metadata) -> String {
     )
 }
 
-/// Maximum number of printed names of training materials.
-const MAX_NAMES: usize = 3;
-
-/// Describes the recipe's metadata, one item a line.
-fn describe_metadata(recipe: &Recipe<'_>, metadata: &Metadata) -> Result<String, MetadataError> {
+/// Returns the items of the recipe's metadata.
+fn describe_metadata(recipe: &Recipe<'_>, metadata: &Metadata) -> Result<Vec<Item>, MetadataError> {
     let unstated = || "not stated".to_owned();
-    let mut lines = vec![
-        (
-            "expected loss",
-            match recipe.samples() {
-                0 => "depends on the directions; `trainer evaluate --geometry` measures it"
-                    .to_owned(),
-                _ => expected_loss(recipe)?.unwrap_or_else(unstated),
-            },
-        ),
-        ("limits", metadata.limits().map_or_else(unstated, describe)),
-        (
-            "scan",
-            match recipe.samples() {
-                0 => "depends on the directions".to_owned(),
-                _ => describe_scan(recipe, metadata),
-            },
-        ),
-    ];
-    match &metadata.training {
-        None => lines.push(("trained on", unstated())),
-        Some(training) => lines.extend([
-            (
-                "trained on",
-                format!("{} ({} materials)", training.data, training.materials),
-            ),
-            (
-                "schedule",
-                format!(
-                    "{}, seed {}",
-                    training.describe_schedule(),
-                    training.options.seed
-                ),
-            ),
-            ("options", describe_options(&training.options)),
-            ("trainer", training.trainer.clone()),
-        ]),
+    let (loss, scan) = if recipe.samples() == 0 {
+        let loss = "depends on the directions; `trainer evaluate --geometry` measures it";
+        (loss.to_owned(), "depends on the directions".to_owned())
+    } else {
+        let loss = expected_loss(recipe)?.unwrap_or_else(unstated);
+        (loss, describe_scan(recipe, metadata))
+    };
+    let limits = metadata.limits().map_or_else(unstated, describe);
+    let mut items = vec![("expected loss", loss), ("limits", limits), ("scan", scan)];
+    if let Some(training) = &metadata.training {
+        let (data, options) = (&training.data, &training.options);
+        let materials = format!("{data} ({} materials)", training.materials);
+        let schedule = format!("{}, seed {}", training.describe_schedule(), options.seed);
+        items.push(("trained on", materials));
+        items.push(("schedule", schedule));
+        items.push(("options", describe_options(options)));
+        items.push(("trainer", training.trainer.clone()));
+    } else {
+        items.push(("trained on", unstated()));
     }
-    lines.push(("materials", describe_materials(&metadata.materials)));
-    let stated = lines.iter().filter(|(_, text)| !text.is_empty());
-    Ok(stated
-        .map(|(name, text)| format!("{name:15}{text}\n"))
-        .collect())
+    let names = metadata.materials.iter().map(|material| &material.name[..]);
+    let names: Vec<&str> = names.collect();
+    let materials = match names.len() {
+        0 => "not named".to_owned(),
+        count => format!("{count}: {}", first_of(names)),
+    };
+    items.push(("materials", materials));
+    Ok(items)
 }
 
 /// Describes the options that differ from their defaults, and are not described elsewhere.
@@ -184,18 +167,4 @@ fn describe_options(options: &TrainingOptions) -> String {
     let differences = options.differences(&defaults).into_iter();
     let texts = differences.map(|(name, value)| format!("{} {value}", Name(&name)));
     texts.collect::<Vec<_>>().join(", ")
-}
-
-fn describe_materials(materials: &[Identity]) -> String {
-    if materials.is_empty() {
-        return "not named".to_owned();
-    }
-    let names = materials.iter().take(MAX_NAMES);
-    let names: Vec<&str> = names.map(|material| &material.name[..]).collect();
-    let more = if materials.len() > MAX_NAMES {
-        ", ..."
-    } else {
-        ""
-    };
-    format!("{}: {}{more}", materials.len(), names.join(", "))
 }

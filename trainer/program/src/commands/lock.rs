@@ -3,16 +3,14 @@
 use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, bail};
 use glimpse_materials::files::require_parent_dir;
 
-/// The files of all held locks.
-static HELD: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+use crate::output::create_out_folder;
 
-/// A lock that a run holds until it ends. Dropping it removes the lock file. A killed run leaves the file behind,
-/// unlocked; so does any run on a file system without locks.
+/// A lock that a run holds until it ends. Dropping it removes the lock file. A killed run, or one that
+/// a second Ctrl-C ended, leaves the file behind, unlocked; so does any run on a file system without locks.
 #[derive(Debug)]
 pub(super) struct Lock {
     path: PathBuf,
@@ -31,20 +29,13 @@ impl Lock {
         Self::acquire(name.into(), out)
     }
 
-    /// Locks an output folder, with the file `run.lock` in it.
+    /// Creates an output folder unless it exists, and locks it with the file `run.lock` in it. Its parent folder must exist.
     ///
     /// # Errors
     /// As [`Lock::of_path`].
     pub(super) fn of_folder(folder: &Path) -> anyhow::Result<Self> {
+        create_out_folder(folder)?;
         Self::acquire(folder.join("run.lock"), folder)
-    }
-
-    fn new(path: PathBuf, file: File) -> Self {
-        with_held(|held| held.push(path.clone()));
-        Self {
-            path,
-            file: Some(file),
-        }
     }
 
     fn acquire(path: PathBuf, output: &Path) -> anyhow::Result<Self> {
@@ -75,7 +66,10 @@ impl Lock {
             // The previous holder may have removed the file between open and lock. Then the lock is
             // worthless, since other runs create a new file.
             if is_at(&file, &path) {
-                return Ok(Self::new(path, file));
+                return Ok(Self {
+                    path,
+                    file: Some(file),
+                });
             }
         }
     }
@@ -86,19 +80,7 @@ impl Drop for Lock {
         // The lock is still held here, so this never removes another run's file.
         if self.file.is_some() {
             let _ = fs::remove_file(&self.path);
-            with_held(|held| held.retain(|path| *path != self.path));
         }
-    }
-}
-
-fn with_held<T>(change: impl FnOnce(&mut Vec<PathBuf>) -> T) -> T {
-    change(&mut HELD.lock().unwrap_or_else(PoisonError::into_inner))
-}
-
-/// Removes the files of all locks, for an exit of the program that drops nothing.
-pub(super) fn remove_all() {
-    for path in with_held(std::mem::take) {
-        let _ = fs::remove_file(path);
     }
 }
 
@@ -122,19 +104,6 @@ fn is_at(_: &File, path: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn exit_leaves_no_lock_file() {
-        let folder = tempfile::tempdir().expect("a temporary directory");
-        let lock = Lock::of_folder(folder.path()).expect("a lock");
-        let path = folder.path().join("run.lock");
-        assert!(path.exists());
-        remove_all();
-        assert!(!path.exists());
-        drop(lock);
-        Lock::of_folder(folder.path()).expect("a lock");
-        assert!(!path.exists() && with_held(|held| held.is_empty()));
-    }
 
     /// Without locks, the file may be that of another run.
     #[test]

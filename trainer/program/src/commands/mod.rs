@@ -8,7 +8,6 @@ pub(crate) mod evaluate;
 mod evaluation_report;
 mod expected_loss;
 pub(crate) mod export;
-mod export_basis;
 pub(crate) mod fit;
 mod fits;
 mod formats;
@@ -19,9 +18,7 @@ mod lock;
 pub(crate) mod message;
 pub(crate) mod next;
 pub(crate) mod numbers;
-mod output;
 pub(crate) mod plan;
-pub(crate) mod progress;
 pub(crate) mod query;
 pub(crate) mod quickstart;
 pub(crate) mod recipes;
@@ -42,8 +39,8 @@ use serde::Serialize;
 
 /// The default recipe of readings at any directions.
 pub(crate) const LINEAR_ANY: &str = "linear-any";
-/// The largest number of names of skipped entries in a message.
-const MAX_SKIPPED_NAMES: usize = 10;
+/// The largest number of names in a message.
+const MAX_NAMES: usize = 5;
 
 /// Reads a recipe with a pattern and, for the model linear, its basis file next to it.
 pub(crate) fn read_recipe(path: &Path) -> anyhow::Result<NamedRecipe> {
@@ -60,6 +57,14 @@ pub(crate) fn require_pattern(file: &RecipeFile, name: &str) -> anyhow::Result<(
          writes a recipe for those directions"
     );
     Ok(())
+}
+
+/// Joins the first few names.
+pub(crate) fn first_of(mut names: Vec<&str>) -> String {
+    if names.len() > MAX_NAMES {
+        names.splice(MAX_NAMES.., ["..."]);
+    }
+    names.join(", ")
 }
 
 /// Loads the materials of a source, as [`load_measured`] does.
@@ -83,11 +88,10 @@ pub(crate) fn load_measured(source: &Source) -> anyhow::Result<Vec<Box<dyn Mater
         .ok()
         .filter(|skipped| !skipped.is_empty())
     {
-        let names = &skipped[..skipped.len().min(MAX_SKIPPED_NAMES)];
         eprintln!(
             "skipped {} entries of {source}, a directory without material.json or a file without the ending of a format: {}",
             skipped.len(),
-            names.join(", ")
+            first_of(skipped.iter().map(|name| &name[..]).collect())
         );
     }
     let materials = source.load_measured()?;

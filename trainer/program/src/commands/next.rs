@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use clap::Args;
-use clap::builder::RangedI64ValueParser;
 use glimpse_core::geometry::Arms;
 use glimpse_fitting::linear::{Posterior, Proposal};
 use glimpse_fitting::measurement::NamedRecipe;
@@ -13,8 +12,8 @@ use glimpse_fitting::route::{MachineArgs, arms_in_degrees, blank_directions};
 use serde::Serialize;
 
 use super::fit::options::ReadingArgs;
-use super::output::{is_same_file, refuse_input, write_file};
 use super::{LINEAR_ANY, emit, numbers};
+use crate::output::{is_same_file, refuse_input, write_file};
 use crate::report::Table;
 
 /// Propose the directions to read next: those that reduce the expected loss most.
@@ -45,12 +44,7 @@ pub(crate) struct Next {
     #[arg(long, value_name = "FILE.csv")]
     measurements: Option<PathBuf>,
     /// Number of directions, 1 to 256
-    #[arg(
-        long,
-        value_name = "K",
-        default_value_t = 1,
-        value_parser = RangedI64ValueParser::<usize>::new().range(1..=256)
-    )]
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = numbers::number(1..=256_usize))]
     count: usize,
     /// Propose nothing once the upper bound of the loss is at most L, above 0
     #[arg(long, value_name = "L", value_parser = numbers::number(1e-6..=10.0))]
@@ -90,10 +84,8 @@ struct Report {
 /// A proposed direction, in degrees.
 #[derive(Serialize)]
 struct Direction {
-    theta_i: f64,
-    phi_i: f64,
-    theta_o: f64,
-    phi_o: f64,
+    #[serde(flatten)]
+    arms: Arms<f64>,
     /// The time to move there and to read; None without a speed.
     seconds: Option<f64>,
     /// The expected loss after this reading and the earlier ones.
@@ -113,7 +105,7 @@ impl Next {
             !(self.force && is_appended),
             "--force has no effect where --blank adds rows to --measurements: remove it"
         );
-        if let (Some(blank), Some(white)) = (&self.blank, self.readings.white()) {
+        if let (Some(blank), Some(white)) = (&self.blank, &self.readings.white) {
             refuse_input(blank, white)?;
         }
         let machine = given.machine(&self.machine)?;
@@ -152,17 +144,11 @@ impl Next {
             super::limits::describe(machine.limits)
         );
         let has_seconds = self.machine.position(machine).is_some();
-        let direction = |proposal: &Proposal| {
-            let [theta_i, phi_i, theta_o, phi_o] = position_of(proposal).to_array();
-            Direction {
-                theta_i,
-                phi_i,
-                theta_o,
-                phi_o,
-                seconds: has_seconds.then_some(proposal.seconds),
-                expected_loss: proposal.expected_loss,
-                bound: proposal.bound,
-            }
+        let direction = |proposal: &Proposal| Direction {
+            arms: position_of(proposal),
+            seconds: has_seconds.then_some(proposal.seconds),
+            expected_loss: proposal.expected_loss,
+            bound: proposal.bound,
         };
         let report = Report {
             readings: posterior.readings(),
@@ -182,7 +168,7 @@ impl Next {
             };
             write_file(path, sheet.as_bytes(), self.force || is_appended)?;
         }
-        let table = Table::of_records("", &COLUMNS, &report.directions)?;
+        let table = Table::of_records(&COLUMNS, &report.directions)?;
         emit(self.json, &report, || report.to_text(&table))
     }
 }

@@ -4,14 +4,9 @@ use std::any::TypeId;
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
-use std::thread::available_parallelism;
 
 use clap::{Arg, Command};
 use glimpse_core::geometry::Arms;
-
-/// Maximum number of threads on machines with fewer cores. All threads take part in every parallel loop, and
-/// thousands of them mostly wait for each other.
-const MAX_THREADS: usize = 256;
 
 /// Lets every numeric option of a command and its subcommands accept a value with a leading minus. The option's
 /// parser then rejects the value, with an error that names the option, the value and the range.
@@ -37,30 +32,6 @@ pub(crate) fn with_negative_values(command: Command) -> Command {
         .mut_subcommands(with_negative_values)
 }
 
-/// Parses the number of threads.
-pub(crate) fn threads(text: &str) -> Result<usize, String> {
-    let max = available_parallelism()
-        .map_or(1, usize::from)
-        .max(MAX_THREADS);
-    number(1..=max)(text)
-}
-
-/// Parses the number of seeds, 1 to 10000.
-pub(crate) fn seeds(text: &str) -> Result<u64, String> {
-    number(1..=10_000)(text)
-}
-
-/// Parses a share, 0 to 1.
-pub(crate) fn share(text: &str) -> Result<f32, String> {
-    number(0.0..=1.0)(text)
-}
-
-/// Parses a finite number of 0 or above.
-pub(crate) fn nonnegative(text: &str) -> Result<f32, String> {
-    let is_valid = |number: &f32| *number >= 0.0 && number.is_finite();
-    checked(text, is_valid, "a finite number of 0 or above")
-}
-
 /// Parses a finite number of either sign.
 pub(crate) fn finite(text: &str) -> Result<f32, String> {
     checked(text, |number: &f32| number.is_finite(), "a finite number")
@@ -76,20 +47,18 @@ fn checked<T: FromStr>(
     value.ok_or_else(|| format!("give {expected}"))
 }
 
-/// Parses numbers separated by commas. Returns None in place of each that is malformed or not finite.
-pub(crate) fn list(text: &str) -> Vec<Option<f64>> {
-    let number = |text: &str| text.trim().parse().ok();
-    let numbers = text.split(',').map(number);
-    numbers
-        .map(|number| number.filter(|number: &f64| number.is_finite()))
-        .collect()
-}
-
 /// Parses one number for all channels, or one for each channel.
 pub(crate) fn channels(text: &str) -> Result<[f32; 3], String> {
-    match list(text)[..] {
-        [Some(one)] => Ok([one as f32; 3]),
-        [Some(r), Some(g), Some(b)] => Ok([r, g, b].map(|number| number as f32)),
+    let number = |text: &str| {
+        text.trim()
+            .parse()
+            .ok()
+            .filter(|number: &f32| number.is_finite())
+    };
+    let numbers: Option<Vec<f32>> = text.split(',').map(number).collect();
+    match numbers.unwrap_or_default()[..] {
+        [one] => Ok([one; 3]),
+        [r, g, b] => Ok([r, g, b]),
         _ => Err("give one number, or three separated by commas".to_owned()),
     }
 }

@@ -6,11 +6,10 @@ use anyhow::ensure;
 use clap::{ArgGroup, Args};
 use glimpse_fitting::choice::Choice;
 use glimpse_fitting::route::{Order, PlanArgs, blank_sheet};
-use glimpse_materials::basis::Basis;
 
 use super::geometry::GeometryArgs;
-use super::output::{is_same_file, refuse_input, write_files};
 use super::{LINEAR_ANY, emit};
+use crate::output::{is_same_file, refuse_recipe, write_files};
 use crate::report::Table;
 
 /// Plan a scan: positions of the arms in degrees, their order, and the duration.
@@ -73,7 +72,7 @@ impl Plan {
         let files = sheets.filter_map(|(path, text)| Some((path.clone()?, text.into_bytes())));
         write_files(&files.collect::<Vec<_>>(), self.force)?;
         let report = route.to_json(&machine);
-        let table = Table::of_records("", &COLUMNS, &report["visits"])?;
+        let table = Table::of_records(&COLUMNS, &report["visits"])?;
         emit(self.json, &report, || {
             format!(
                 "order          {}\nplanned        {:.1} seconds, including {:.1} of motion\nlimits         {}\n\n{}",
@@ -89,8 +88,7 @@ impl Plan {
     /// Refuses outputs that are inputs, or both the same file.
     fn refuse_inputs(&self) -> anyhow::Result<()> {
         for file in self.out.iter().chain(&self.blank) {
-            refuse_input(file, &self.recipe)?;
-            refuse_input(file, &Basis::path_for(&self.recipe))?;
+            refuse_recipe(file, &self.recipe)?;
         }
         if let (Some(out), Some(blank)) = (&self.out, &self.blank) {
             ensure!(

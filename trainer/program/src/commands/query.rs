@@ -9,8 +9,8 @@ use glimpse_materials::{Convention, Material, Source};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::output::{refuse_input, refuse_source, write_file};
 use super::{load_measured, print};
+use crate::output::{refuse_input, refuse_source, write_file};
 
 /// Evaluate the BRDF of materials at given angles.
 ///

@@ -12,8 +12,8 @@ use glimpse_training::run::INNER_STEPS;
 
 use super::fits::{NamedMethod, add_fits};
 use super::lock::Lock;
-use super::output::{check_out, create_out_folder, write_file};
 use super::{load, print};
+use crate::output::{check_out, write_file};
 use crate::report::{Page, pattern_svg};
 
 /// Number of procedural test materials, and the largest number of materials of --data.
@@ -66,10 +66,8 @@ pub(crate) struct Quickstart {
 impl Quickstart {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         let begin = Instant::now();
-        create_out_folder(&self.out)?;
-        let index = self.out.join("index.html");
-        check_out(&index)?;
         let _lock = Lock::of_folder(&self.out)?;
+        check_out(&self.out.join("index.html"))?;
         let main_recipe = find_bundled(MAIN_RECIPE)?;
         let path = self.out.join(format!("{MAIN_RECIPE}.recipe"));
         write_file(&path, main_recipe.bytes, self.force)?;
@@ -92,14 +90,9 @@ impl Quickstart {
 
         let by_samples = RECIPES_BY_SAMPLES.map(|name| method(find_bundled(name)?, name));
         let by_samples = by_samples.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
-        let meta = NamedMethod {
-            name: names::META.to_owned(),
-            method: Method::meta(&bundled::PAPER.recipe()?, None)?,
-            seconds: None,
-            cycles: None,
-        };
+        let paper = bundled::PAPER.recipe()?;
         let compared = [
-            meta,
+            NamedMethod::of_recipe(names::META, &paper, Method::meta(&paper, None)?)?,
             method(&bundled::PAPER, names::PAPER)?,
             method(main_recipe, names::GLIMPSE)?,
         ];
@@ -125,11 +118,7 @@ impl Quickstart {
             .code(TRAIN_COMMAND)
             .write(&self.out)?;
         print(&format!("{NEXT_STEP}\n  {TRAIN_COMMAND}\n"))?;
-        eprintln!(
-            "wrote {} in {:.0} s",
-            index.display(),
-            begin.elapsed().as_secs_f64()
-        );
+        eprintln!("done in {:.0} s", begin.elapsed().as_secs_f64());
         Ok(())
     }
 }

@@ -12,7 +12,7 @@ use glimpse_materials::basis::Basis;
 use serde::Serialize;
 
 use super::emit;
-use super::output::{create_out_folder, write_files};
+use crate::output::{create_out_folder, write_files};
 use crate::report::Table;
 
 /// List or write the bundled recipes, which need no training.
@@ -29,33 +29,24 @@ use crate::report::Table;
 /// Example: trainer recipes list
 ///          trainer recipes get neural-n8 --out recipes/
 ///          trainer plan recipes/neural-n8.recipe --blank readings.csv
-#[derive(Args)]
-#[command(verbatim_doc_comment, args_conflicts_with_subcommands = true)]
-pub(crate) struct Recipes {
-    #[command(subcommand)]
-    action: Action,
-}
-
 #[derive(Subcommand)]
-enum Action {
+#[command(verbatim_doc_comment)]
+pub(crate) enum Recipes {
     /// Print names, sizes in bytes, and the accuracy on unseen materials
-    List(List),
+    List {
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
     /// Write recipes to a directory, with their compact basis if they need one
     Get(Get),
-}
-
-#[derive(Args)]
-struct List {
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
 }
 
 /// The argument that selects all recipes.
 const ALL: &str = "all";
 
 #[derive(Args)]
-struct Get {
+pub(crate) struct Get {
     /// Names from `trainer recipes list`, or `all`
     #[arg(
         required = true,
@@ -74,16 +65,16 @@ struct Get {
 
 impl Recipes {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
-        match &self.action {
-            Action::List(list) => {
+        match self {
+            Self::List { json } => {
                 let entries = bundled::ALL.iter().map(Entry::new);
                 let entries: Vec<Entry> = entries.collect::<anyhow::Result<_>>()?;
-                let table = Table::of_records(caption(), &COLUMNS, &entries)?;
-                emit(list.json, &entries, || {
-                    format!("{}\n{}", table.caption, table.to_markdown())
+                let table = Table::of_records(&COLUMNS, &entries)?;
+                emit(*json, &entries, || {
+                    format!("{}\n{}", caption(), table.to_markdown())
                 })
             }
-            Action::Get(get) => get.run(),
+            Self::Get(get) => get.run(),
         }
     }
 }
@@ -156,8 +147,11 @@ fn caption() -> String {
 
 impl Get {
     fn run(&self) -> anyhow::Result<()> {
+        let is_selected = |name: &str| self.names.iter().any(|given| given == name);
+        let selected = bundled::ALL.iter();
+        let selected = selected.filter(|bundled| is_selected(ALL) || is_selected(bundled.name));
         let mut files = Vec::new();
-        for bundled in self.selected() {
+        for bundled in selected {
             let recipe = self.out.join(format!("{}.recipe", bundled.name));
             if let Some(basis) = bundled.basis() {
                 files.push((Basis::path_for(&recipe), basis.to_vec()));
@@ -166,16 +160,5 @@ impl Get {
         }
         create_out_folder(&self.out)?;
         write_files(&files, self.force)
-    }
-
-    fn selected(&self) -> Vec<&'static BundledRecipe> {
-        if self.names.iter().any(|name| name == ALL) {
-            return bundled::ALL.iter().collect();
-        }
-        // The parser admits only these names.
-        self.names
-            .iter()
-            .filter_map(|name| bundled::find(name))
-            .collect()
     }
 }

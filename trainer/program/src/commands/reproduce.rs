@@ -1,7 +1,5 @@
 //! `trainer reproduce`
 
-use std::path::{Path, PathBuf};
-
 use anyhow::{bail, ensure};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
@@ -10,11 +8,9 @@ use glimpse_fitting::recipe::options::Effort;
 use glimpse_materials::{Identity, Source};
 
 use super::lock::Lock;
-use super::output::create_out_folder;
-use super::progress::{catch_interrupts, interrupted};
-use super::train::train_to_file;
 use super::{load, numbers, print, training_overlap};
-use crate::experiment::{self, Experiment, Scope, Settings, Store, TestSet};
+use crate::experiment::{self, Experiment, Settings, Store, TestSet};
+use crate::progress::catch_interrupts;
 use crate::report::Table;
 
 /// Reproduce the paper's tables and figures on your materials.
@@ -34,27 +30,14 @@ pub(crate) struct Reproduce {
     /// Name of the experiment
     #[arg(value_parser = PossibleValuesParser::new(experiment::names()))]
     experiment: String,
-    /// Training materials
-    #[arg(long, value_name = "SOURCE", default_value = "procedural:100")]
-    data: Source,
     /// Test materials, none of them a training material
     #[arg(long, value_name = "SOURCE", default_value = "procedural:20:1")]
     test: Source,
     /// Additional test materials of the experiment `additional`; can be given several times
     #[arg(long, value_name = "SOURCE")]
     additional: Vec<Source>,
-    /// Output folder
-    #[arg(long, short, default_value = "paper")]
-    out: PathBuf,
-    /// Length of each training with the schedule `prior`
-    #[arg(long, value_enum, default_value_t = Effort::Quick)]
-    effort: Effort,
-    /// Length of each training with the schedule `paper` [default: that of --effort]
-    #[arg(long, value_name = "EFFORT", value_enum)]
-    paper_effort: Option<Effort>,
-    /// Number of repetitions of random methods, 1 to 10000
-    #[arg(long, default_value_t = 5, value_parser = numbers::seeds)]
-    seeds: u64,
+    #[command(flatten)]
+    settings: Settings,
     /// Largest n of experiments with several n, 1 to 4096 [default: 64 for --effort brief and quick,
     /// else 512]
     #[arg(long = "most-samples", value_parser = numbers::number(1..=4_096_usize))]
@@ -87,15 +70,14 @@ impl Reproduce {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         let experiments = experiment::named(&self.experiment, !self.additional.is_empty());
         self.refuse_unused_options(&experiments)?;
-        catch_interrupts()?;
-        create_out_folder(&self.out)?;
-        let _lock = Lock::of_folder(&self.out)?;
-        let max_samples = match (self.max_samples, self.effort) {
+        catch_interrupts();
+        let _lock = Lock::of_folder(&self.settings.out)?;
+        let max_samples = match (self.max_samples, self.settings.effort) {
             (Some(max), _) => max,
             (None, Effort::Brief | Effort::Quick) => 64,
             (None, _) => MAX_SAMPLES,
         };
-        let training = load(&self.data)?;
+        let training = load(&self.settings.data)?;
         let test = load(&self.test)?;
         let identities = training.iter().map(|material| Identity::new(&**material));
         let trained_on: TrainingMaterials = identities.collect();
@@ -120,31 +102,15 @@ impl Reproduce {
         });
         let sets: Vec<TestSet<'_>> = [test].into_iter().chain(additional).collect();
         let settings = Settings {
-            out: self.out.clone(),
-            data: self.data.clone(),
-            effort: self.effort,
-            paper_effort: self.paper_effort.unwrap_or(self.effort),
             seed,
-            seeds: self.seeds,
-            interrupted,
+            ..self.settings.clone()
         };
-        let train = |options: &_, materials, checkpoints: &_, data: &str, out: &Path| {
-            let outcome = train_to_file(options, materials, checkpoints, data, out);
-            // After Ctrl-C, training has saved its state and ends with an error.
-            ensure!(!interrupted(), "stopped: repeat the command to continue");
-            outcome.map(drop)
-        };
-        let scope = Scope {
-            max_samples,
-            training_count: training.len(),
-        };
-        let store = Store::open(settings, &training, &sets, &train)?;
+        let store = Store::open(settings, &training, &sets)?;
         drop(training);
         for (number, experiment) in (1..).zip(&experiments) {
             eprintln!("[{number}/{}] {}", experiments.len(), experiment.name);
-            let folder = self.out.join(experiment.name);
-            let tables = experiment.write(&store, &scope, &folder)?;
-            eprintln!("wrote {}", folder.join("index.html").display());
+            let folder = self.settings.out.join(experiment.name);
+            let tables = experiment.write(&store, max_samples, &folder)?;
             self.print(&tables)?;
         }
         Ok(())

@@ -1,6 +1,6 @@
 //! `trainer train`
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, ensure};
@@ -10,17 +10,16 @@ use glimpse_fitting::recipe::RecipeFile;
 use glimpse_fitting::recipe::options::{Schedule, TrainingOptions};
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::is_stream;
-use glimpse_materials::{Material, Source, Sources};
+use glimpse_materials::{Source, Sources};
 use glimpse_training::checkpoint::Checkpoint;
-use glimpse_training::outer::Checkpoints;
 use glimpse_training::run::{TrainedRecipe, check};
 
-use super::expected_loss::expected_loss;
+use super::expected_loss::{expected_loss, standard_error};
 use super::geometry::read_directions;
 use super::load_all;
 use super::lock::Lock;
-use super::output::{check_out, write_file};
-use super::progress::train_with_progress;
+use crate::output::check_out;
+use crate::progress::{checkpoint_of, train_to_file};
 
 /// Train a recipe on materials.
 ///
@@ -84,31 +83,21 @@ impl Train {
         let _lock = Lock::of_path(&self.out)?;
         let (materials, source_shares) = load_all(&sources)?;
         options.source_shares = source_shares;
-        let mut checkpoint = self.out.clone().into_os_string();
-        checkpoint.push(".checkpoint");
-        let checkpoints = Checkpoints {
-            directory: checkpoint.into(),
-            resume: self.resume,
+        let checkpoint = checkpoint_of(&self.out);
+        let is_unfinished = Checkpoint::exists_in(&checkpoint);
+        let is_trained = match self.is_trained(&options, is_unfinished) {
+            Err(error) if !self.force => return Err(error),
+            is_trained => is_trained.unwrap_or_default(),
         };
-        let is_unfinished = Checkpoint::exists_in(&checkpoints.directory);
-        let is_trained = self.is_trained(&options);
-        let is_trained = if self.force {
-            is_trained.unwrap_or_default()
-        } else {
-            is_trained?
-        };
-        if !self.force {
-            self.refuse_overwrite(&options, &checkpoints, is_trained)?;
-        }
         if self.resume && !is_unfinished {
             if is_trained {
-                Checkpoint::remove(&checkpoints.directory);
+                Checkpoint::remove(&checkpoint);
                 eprintln!("{} is already trained", self.out.display());
                 return Ok(());
             }
             eprintln!(
                 "no checkpoint in {}: starting from the beginning",
-                checkpoints.directory.display()
+                checkpoint.display()
             );
         }
         // An unwritable output is reported before training, not after hours of it.
@@ -125,7 +114,7 @@ impl Train {
             eprintln!("training tasks: {}", shares.collect::<Vec<_>>().join(", "));
         }
         let label = sources.label();
-        let trained = train_to_file(&options, materials, &checkpoints, &label, &self.out)?;
+        let trained = train_to_file(&options, materials, self.resume, &label, &self.out)?;
         print_validation(&options, &trained);
         let expected_loss = expected_loss(&trained.file.recipe())?;
         eprintln!(
@@ -136,40 +125,28 @@ impl Train {
         Ok(())
     }
 
-    /// Refuses to replace an unfinished run, or a basis without its recipe.
-    fn refuse_overwrite(
-        &self,
-        options: &TrainingOptions,
-        checkpoints: &Checkpoints,
-        is_trained: bool,
-    ) -> anyhow::Result<()> {
-        let is_unfinished = Checkpoint::exists_in(&checkpoints.directory);
-        ensure!(
-            self.resume || !is_unfinished,
-            "{} holds an unfinished run: give --resume to continue it, or --force to discard it",
-            checkpoints.directory.display()
-        );
-        let basis = Basis::path_for(&self.out);
-        // With a checkpoint, the basis is that of the unfinished run.
-        ensure!(
-            is_trained || is_unfinished || !has_basis(options) || !basis.exists(),
-            "{} exists without its recipe {}, and may belong to another recipe: give --force to replace it, or another --out",
-            basis.display(),
-            self.out.display()
-        );
-        Ok(())
-    }
-
     /// Returns true if the recipe is already trained with these options.
     ///
     /// # Errors
-    /// If another file has the recipe's path.
-    fn is_trained(&self, options: &TrainingOptions) -> anyhow::Result<bool> {
+    /// If training would replace another file, or an unfinished run.
+    fn is_trained(&self, options: &TrainingOptions, is_unfinished: bool) -> anyhow::Result<bool> {
+        ensure!(
+            self.resume || !is_unfinished,
+            "{} holds an unfinished run: give --resume to continue it, or --force to discard it",
+            checkpoint_of(&self.out).display()
+        );
+        let has_basis = options.model == ModelKind::Linear || options.samples == 0;
+        let path = Basis::path_for(&self.out);
+        let (out, basis) = (self.out.display(), path.display());
+        let remedy = "give --force to replace it, or another --out";
         if !self.out.exists() {
+            // With a checkpoint, the basis is that of the unfinished run.
+            ensure!(
+                is_unfinished || !has_basis || !path.exists(),
+                "{basis} exists without its recipe {out}, and may belong to another recipe: {remedy}"
+            );
             return Ok(false);
         }
-        let out = self.out.display();
-        let remedy = "give --force to replace it, or another --out";
         let file =
             RecipeFile::read(&self.out).with_context(|| format!("{out} exists: {remedy}"))?;
         let trained = file.metadata().options();
@@ -177,19 +154,12 @@ impl Train {
             trained.map(|trained| trained.identity(&[])) == Some(options.identity(&[])),
             "{out} was trained with other options or materials: {remedy}"
         );
-        let basis = Basis::path_for(&self.out);
         ensure!(
-            !has_basis(options) || basis.exists(),
-            "{out} has no basis file {}: {remedy}",
-            basis.display()
+            !has_basis || path.exists(),
+            "{out} has no basis file {basis}: {remedy}"
         );
         Ok(true)
     }
-}
-
-/// Returns true if the recipe has a basis, as a file next to it.
-fn has_basis(options: &TrainingOptions) -> bool {
-    options.model == ModelKind::Linear || options.samples == 0
 }
 
 /// Prints the results of cross-validation.
@@ -199,9 +169,7 @@ fn print_validation(options: &TrainingOptions, trained: &TrainedRecipe) {
     };
     let losses = options.source_shares.iter().zip(&predictor.source_losses);
     for (source, estimate) in losses {
-        let error = estimate.standard_error.map_or(String::new(), |error| {
-            format!(" (standard error {error:.4})")
-        });
+        let error = standard_error(estimate.standard_error);
         eprintln!(
             "expected loss on {}: {:.4}{error}, {} materials",
             source.label, estimate.loss, estimate.materials
@@ -212,22 +180,4 @@ fn print_validation(options: &TrainingOptions, trained: &TrainedRecipe) {
             "loss prediction: rank correlation {correlation:.2} between predicted and true losses in cross-validation"
         );
     }
-}
-
-/// Trains a recipe on materials called `data`, writes it, and removes its checkpoint. Replaces existing files.
-pub(super) fn train_to_file(
-    options: &TrainingOptions,
-    materials: Vec<Box<dyn Material>>,
-    checkpoints: &Checkpoints,
-    data: &str,
-    out: &Path,
-) -> anyhow::Result<TrainedRecipe> {
-    let trained = train_with_progress(options, data, materials, checkpoints)?;
-    if let Some(basis) = &trained.basis {
-        // The basis is written first, because the recipe is useless without it.
-        write_file(&Basis::path_for(out), basis, true)?;
-    }
-    write_file(out, trained.file.bytes(), true)?;
-    Checkpoint::remove(&checkpoints.directory);
-    Ok(trained)
 }

@@ -1,24 +1,12 @@
 //! Warnings about test materials that a recipe was trained on: losses on them say nothing about unseen materials.
 
-use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::{TrainingMaterials, TrainingOverlap};
-use glimpse_fitting::recipe::MetadataError;
 use glimpse_materials::Material;
+
+use super::first_of;
 
 /// The name of each test material, and its overlap with the training materials; None if those are unknown.
 pub(super) type Overlaps<'a> = Option<Vec<(&'a str, TrainingOverlap)>>;
-
-/// Prints warnings on stderr about materials that are, or may be, training materials of a recipe.
-///
-/// # Errors
-/// If the recipe's metadata is malformed.
-pub(super) fn warn_of_overlap(
-    recipe: &Recipe<'_>,
-    materials: &[Box<dyn Material>],
-) -> Result<(), MetadataError> {
-    warn(TrainingMaterials::from_recipe(recipe)?.as_ref(), materials);
-    Ok(())
-}
 
 /// Prints warnings on stderr about materials that are, or may be, training materials.
 pub(super) fn warn(trained_on: Option<&TrainingMaterials>, materials: &[Box<dyn Material>]) {
@@ -32,9 +20,6 @@ pub(super) fn warn(trained_on: Option<&TrainingMaterials>, materials: &[Box<dyn 
     }
 }
 
-/// Maximum number of names in a warning.
-const MAX_NAMES: usize = 3;
-
 /// Describes overlaps, one warning a line. Returns an empty list if all materials are unseen.
 pub(super) fn warnings(overlaps: &Overlaps<'_>) -> Vec<String> {
     let Some(overlaps) = overlaps else {
@@ -45,16 +30,13 @@ pub(super) fn warnings(overlaps: &Overlaps<'_>) -> Vec<String> {
     };
     let describe = |kind: TrainingOverlap, start: &str, end: &str| {
         let of_kind = overlaps.iter().filter(|(_, overlap)| *overlap == kind);
-        let mut names: Vec<&str> = of_kind.map(|(name, _)| *name).collect();
+        let names: Vec<&str> = of_kind.map(|(name, _)| *name).collect();
         let count = names.len();
-        if count > MAX_NAMES {
-            names.splice(MAX_NAMES.., ["..."]);
-        }
         (count > 0).then(|| {
             format!(
                 "{count} of these {} materials: {start} ({}); {end}",
                 overlaps.len(),
-                names.join(", ")
+                first_of(names)
             )
         })
     };

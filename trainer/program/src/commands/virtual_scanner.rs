@@ -1,21 +1,21 @@
 //! `trainer virtual-scanner`
 
-use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_core::scan::Evidence;
+use glimpse_evaluation::evaluation::TrainingMaterials;
 use glimpse_fitting::recipe::Noise;
 use glimpse_fitting::scanner::{self, ScanReport, ScannerError};
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{FittedMaterial, Material, Source};
 
-use super::numbers::nonnegative;
-use super::output::{check_out, refuse_existing, refuse_input, refuse_source, write_file};
-use super::training_overlap::warn_of_overlap;
+use super::numbers::number;
+use super::training_overlap::warn;
 use super::{load_single, print, read_recipe};
+use crate::output::{check_out, refuse_recipe, refuse_source, write_file};
 
 /// Simulate a scanner's motors and sensor for firmware on a serial link.
 ///
@@ -36,9 +36,9 @@ pub(crate) struct VirtualScanner {
     /// TCP address that the device's serial link connects to
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878")]
     listen: SocketAddr,
-    /// Standard deviation of Gaussian noise on each measured channel, relative to its value
-    /// [default: 0]
-    #[arg(long, value_name = "S", value_parser = nonnegative, requires = "material")]
+    /// Standard deviation of Gaussian noise on each measured channel, relative to its value,
+    /// 0 to 1 [default: 0]
+    #[arg(long, value_name = "S", value_parser = number(0.0..=1.0_f32), requires = "material")]
     noise: Option<f32>,
     /// Recipe file of the device, whose basis the model linear needs
     #[arg(long, value_name = "FILE.recipe")]
@@ -63,8 +63,7 @@ impl VirtualScanner {
                 refuse_source(out, material)?;
             }
             if let Some(recipe) = &self.recipe {
-                refuse_input(out, recipe)?;
-                refuse_input(out, &Basis::path_for(recipe))?;
+                refuse_recipe(out, recipe)?;
             }
             ensure!(
                 FittedMaterial::is_json_file(out),
@@ -72,7 +71,11 @@ impl VirtualScanner {
                 out.display()
             );
             // Checked before the first scan, which would be lost otherwise.
-            refuse_existing(out, self.force)?;
+            ensure!(
+                self.force || !out.is_file(),
+                "{} exists: give --force to replace it, or another output",
+                out.display()
+            );
             check_out(out)?;
         }
         let material = self.material.as_ref().map(load_single).transpose()?;
@@ -90,46 +93,35 @@ impl VirtualScanner {
         if let Some(path) = &self.recipe {
             let named = read_recipe(path)?;
             let recipe = named.file.recipe();
-            warn_of_overlap(&recipe, &materials)?;
+            warn(
+                TrainingMaterials::from_recipe(&recipe)?.as_ref(),
+                &materials,
+            );
             basis = named.basis.map(|basis| (recipe.checksum(), basis));
         }
         let listener = TcpListener::bind(self.listen)
             .with_context(|| format!("cannot listen on {}", self.listen))?;
         eprintln!("waiting for a device on {}", listener.local_addr()?);
         loop {
-            let (stream, device) = listener.accept()?;
+            let (mut stream, device) = listener.accept()?;
             stream.set_nodelay(true)?;
             eprintln!("device connected: {device}");
-            if self.serve(stream, &mut scanner, material, basis.as_ref())? {
-                return Ok(());
-            }
-        }
-    }
-
-    /// Serves one device until it disconnects. Returns true if --once was given and a scan is complete.
-    fn serve(
-        &self,
-        mut stream: TcpStream,
-        scanner: &mut scanner::VirtualScanner<'_>,
-        material: Option<&dyn Material>,
-        basis: Option<&(u32, Arc<Basis>)>,
-    ) -> anyhow::Result<bool> {
-        loop {
-            match scanner.serve(&mut stream) {
-                Ok(report) => {
-                    // The basis of another recipe does not fit these coefficients.
-                    let basis = basis.filter(|(checksum, _)| *checksum == report.recipe);
-                    self.report_scan(&report, material, basis.map(|(_, basis)| &**basis))?;
-                    if self.once {
-                        return Ok(true);
+            loop {
+                match scanner.serve(&mut stream) {
+                    Ok(report) => {
+                        // The basis of another recipe does not fit these coefficients.
+                        let basis = basis.as_ref().filter(|(of, _)| *of == report.recipe);
+                        self.report_scan(&report, material, basis.map(|(_, basis)| &**basis))?;
+                        if self.once {
+                            return Ok(());
+                        }
                     }
-                }
-                Err(error @ (ScannerError::Device(_) | ScannerError::Protocol(_))) => {
-                    eprintln!("{error}");
-                }
-                Err(error @ (ScannerError::Closed | ScannerError::Link(_))) => {
-                    eprintln!("{error}");
-                    return Ok(false);
+                    Err(error) => {
+                        eprintln!("{error}");
+                        if matches!(error, ScannerError::Closed | ScannerError::Link(_)) {
+                            break;
+                        }
+                    }
                 }
             }
         }

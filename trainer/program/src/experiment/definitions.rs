@@ -11,12 +11,12 @@ use super::case::Variation::{
     Twice, Within,
 };
 use super::case::{Approach, COMPARED, Case, SAMPLES, Subset};
+use super::derived;
 use super::record::{DELTA_E, DSSIM, Key, LOSS, Record};
 use super::run::{Experiment, NEW, Sets};
 use super::view::Columns::{By, Named};
-use super::view::Form::{Patterns, Plot, Spheres, Table};
+use super::view::Form::{Patterns, Plots, Spheres, Table};
 use super::view::{Columns, View};
-use super::{derived, paper};
 use crate::report::Compare::{WithinColumn, WithinRow};
 
 /// All metrics, and the standard error of the loss.
@@ -40,7 +40,6 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
         name: "same-samples",
         title: "The main table: all methods for all models at n = 8, with all metrics",
         cases: |_| at_8(&COMPARED),
-        published: paper::SAME_SAMPLES,
         views: &[
             View::new(
                 "metrics",
@@ -51,7 +50,7 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             View::new(
                 "spheres",
                 "The most diffuse and the glossiest material; click to enlarge",
-                Spheres(|count| vec![0, count - 1], &[Key::Model], Key::Method),
+                Spheres(2, &[Key::Model], Key::Method),
             )
             .of(measured),
         ],
@@ -60,8 +59,13 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
     Experiment {
         name: "losses",
         title: "The loss at n = 8 for all models and methods, and the loss of black (f = 0)",
-        cases: |_| [at_8(&COMPARED), Case::all(&[Optimum], &MODELS, &[Unchanged], &[0])].concat(),
-        published: paper::SAME_SAMPLES,
+        cases: |_| {
+            [
+                at_8(&COMPARED),
+                Case::all(&[Optimum], &MODELS, &[Unchanged], &[0]),
+            ]
+            .concat()
+        },
         derive: derived::with_black,
         views: &[
             View::new(
@@ -90,12 +94,11 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
     Experiment {
         name: "same-quality",
         title: "The number of samples that other methods need to match the quality of the paper's at n = 8",
-        cases: |scope| {
+        cases: |samples| {
             let curves = [Random, Baseline, Glimpse];
-            let curves = Case::all(&curves, &MODELS, &[Unchanged], &scope.samples());
+            let curves = Case::all(&curves, &MODELS, &[Unchanged], samples);
             [at_8(&[Paper]), curves].concat()
         },
-        published: paper::SAME_QUALITY,
         derive: derived::same_quality,
         views: &[View::new(
             "times",
@@ -118,8 +121,8 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
     Experiment {
         name: "curves",
         title: "Loss and DSSIM over n, with the optimum as a dot",
-        cases: |scope| {
-            let curves = Case::all(&COMPARED, &MODELS, &[Unchanged], &scope.samples());
+        cases: |samples| {
+            let curves = Case::all(&COMPARED, &MODELS, &[Unchanged], samples);
             [curves, Case::all(&[Optimum], &MODELS, &[Unchanged], &[0])].concat()
         },
         views: &[
@@ -130,15 +133,9 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             )
             .by_model(),
             View::new(
-                "loss",
-                "loss over the number of samples; Optimum is drawn at the right end",
-                Plot(Key::Samples, LOSS, &[Key::Method]),
-            )
-            .by_model(),
-            View::new(
-                "dssim",
-                "DSSIM over the number of samples; Optimum is drawn at the right end",
-                Plot(Key::Samples, DSSIM, &[Key::Method]),
+                "",
+                "errors over the number of samples; Optimum is drawn at the right end",
+                Plots(Key::Samples, &[LOSS, DSSIM], &[Key::Method]),
             )
             .by_model(),
         ],
@@ -153,13 +150,17 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             View::new(
                 "losses",
                 "loss of each material at n = 8",
-                Table(&[Key::Material], &[By(&[Key::Method], LOSS)], Some(WithinRow)),
+                Table(
+                    &[Key::Material],
+                    &[By(&[Key::Method], LOSS)],
+                    Some(WithinRow),
+                ),
             )
             .by_model(),
             View::new(
-                "loss",
+                "",
                 "loss of each material at n = 8",
-                Plot(Key::Position, LOSS, &[Key::Method]),
+                Plots(Key::Position, &[LOSS], &[Key::Method]),
             )
             .by_model(),
         ],
@@ -174,7 +175,6 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             [nielsen, at_8(&compared)].concat()
         },
         sets: Sets::Additional,
-        published: paper::ADDITIONAL,
         views: &[
             View::new(
                 "linear-n2",
@@ -205,7 +205,6 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             let runs = (0..5).flat_map(|run| [2, 4].map(|count| Replaced(count, run)));
             varied(&MODELS, [Unchanged].into_iter().chain(runs))
         },
-        published: paper::ROBUSTNESS,
         views: &[View::new(
             "robustness",
             "Loss of the paper's method with some of 8 learned samples replaced by random ones, mean of 5 runs",
@@ -237,7 +236,6 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
         name: "again",
         title: "The loss after both training stages are repeated",
         cases: |_| varied(&[Phong, CookTorrance, Neural], [Unchanged, Twice]),
-        published: paper::REPEATED_STAGES,
         views: &[View::new(
             "again",
             "Loss of the paper's method at n = 8, and after both training stages are repeated: initial parameters and step \
@@ -256,23 +254,30 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             });
             both.concat()
         },
-        published: paper::CONVERGENCE,
         views: &[View::new(
             "convergence",
             "Neural: loss after 20 steps on 512 (Random) or 32 samples, and after 10,000 more on 512 fresh random samples \
              each",
-            Table(&[Key::Method], &[By(&[Key::Variation], LOSS)], Some(WithinColumn)),
+            Table(
+                &[Key::Method],
+                &[By(&[Key::Variation], LOSS)],
+                Some(WithinColumn),
+            ),
         )],
         ..NEW
     },
     Experiment {
         name: "importance",
         title: "The loss with samples drawn by importance of the mean BRDF",
-        cases: |scope| {
+        cases: |samples| {
             let of = |approaches: &[Approach], variation| {
-                Case::all(approaches, &[Neural], &[variation], &scope.samples())
+                Case::all(approaches, &[Neural], &[variation], samples)
             };
-            [of(&[Baseline], Importance), of(&[Baseline, Paper], Unchanged)].concat()
+            [
+                of(&[Baseline], Importance),
+                of(&[Baseline, Paper], Unchanged),
+            ]
+            .concat()
         },
         views: &[
             View::new(
@@ -287,9 +292,9 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
                 ),
             ),
             View::new(
-                "plot",
+                "",
                 "Neural: importance sampling of the mean BRDF",
-                Plot(Key::Samples, LOSS, &[Key::Method, Key::Variation]),
+                Plots(Key::Samples, &[LOSS], &[Key::Method, Key::Variation]),
             ),
         ],
         ..NEW
@@ -297,53 +302,55 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
     Experiment {
         name: "subsets",
         title: "The loss of patterns trained and evaluated on diffuse and on glossy materials",
-        cases: |_| varied(&[Neural], Subset::value_variants().iter().copied().map(PatternOf)),
+        cases: |_| {
+            varied(
+                &[Neural],
+                Subset::value_variants().iter().copied().map(PatternOf),
+            )
+        },
         derive: derived::by_subset,
         views: &[View::new(
             "subsets",
             "Neural, n = 8: loss of the paper's method by the training set of its pattern (row) and by test materials. \
              Initial parameters and step sizes are trained on all materials. The glossy half of the materials has the \
              higher ratios of maximum to median (of BRDF times cosine)",
-            Table(&[Key::Variation], &[By(&[Key::Material], LOSS)], Some(WithinColumn)),
+            Table(
+                &[Key::Variation],
+                &[By(&[Key::Material], LOSS)],
+                Some(WithinColumn),
+            ),
         )],
         ..NEW
     },
     Experiment {
         name: "bases",
         title: "The metrics of Linear with 5 and with 240 components",
-        cases: |scope| {
-            // Subtracting the mean leaves one component fewer than columns.
-            let max_components = (3 * scope.training_count).saturating_sub(1).max(1);
-            let compared = Case::all(&COMPARED[..3], &[Linear], &[Unchanged], &[SAMPLES]);
-            let of_components = |components: usize| {
-                let components = components.min(max_components);
-                let cases = compared.iter();
-                cases.map(move |case| Case { components, ..*case })
+        cases: |_| {
+            let of_components = |components| {
+                let cases = Case::all(&COMPARED[..3], &[Linear], &[Unchanged], &[SAMPLES]);
+                cases
+                    .into_iter()
+                    .map(move |case| Case { components, ..case })
             };
             [5, 240].into_iter().flat_map(of_components).collect()
         },
-        published: paper::SAME_SAMPLES,
-        views: &[
-            View::new(
-                "bases",
-                "Linear, n = 8, with 5 and 240 components; fewer if there are too few training columns, three for each \
+        views: &[View::new(
+            "bases",
+            "Linear, n = 8, with 5 and 240 components; fewer if there are too few training columns, three for each \
                  material",
-                Table(&[Key::Components, Key::Method], METRICS, Some(WithinColumn)),
-            )
-            .of(is_linear),
-        ],
+            Table(&[Key::Components, Key::Method], METRICS, Some(WithinColumn)),
+        )],
         ..NEW
     },
     Experiment {
         name: "frontier",
         title: "Quality over the seconds of a scan, for patterns trained with and without a budget for motion",
-        cases: |scope| {
-            let samples = scope.samples();
+        cases: |samples| {
             let budgets = [Unchanged, Within(5), Within(10), Within(20)];
             let chosen: Vec<Variation> = samples.iter().map(|n| Chosen(*n)).collect();
             [
-                Case::all(&[Paper], &[Linear], &[Unchanged], &samples),
-                Case::all(&[Glimpse], &[Linear], &budgets, &samples),
+                Case::all(&[Paper], &[Linear], &[Unchanged], samples),
+                Case::all(&[Glimpse], &[Linear], &budgets, samples),
                 Case::all(&[Glimpse], &[Linear], &chosen, &[0]),
             ]
             .concat()
@@ -362,15 +369,13 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             )
             .of(|r| r.samples().is_some_and(|n| n >= SAMPLES)),
             View::new(
-                "loss",
-                "Loss over the seconds of a scan (Linear, all axes turn at 10 degrees per second, each reading takes 0.5 s)",
-                Plot(Key::Seconds, LOSS, &[Key::Method, Key::Variation]),
-            ),
-            View::new(
-                "delta-e",
-                "Delta E over the seconds of a scan (Linear, all axes turn at 10 degrees per second, each reading takes \
-                 0.5 s)",
-                Plot(Key::Seconds, DELTA_E, &[Key::Method, Key::Variation]),
+                "",
+                "Errors over the seconds of a scan (Linear, all axes turn at 10 degrees per second, each reading takes 0.5 s)",
+                Plots(
+                    Key::Seconds,
+                    &[LOSS, DELTA_E],
+                    &[Key::Method, Key::Variation],
+                ),
             ),
         ],
         ..NEW
@@ -412,7 +417,13 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
     Experiment {
         name: "patterns",
         title: "Drawings of the learned patterns",
-        cases: |_| [at_8(&[Paper, Glimpse]), vec![Case::new(Baseline, Linear, SAMPLES)]].concat(),
+        cases: |_| {
+            [
+                at_8(&[Paper, Glimpse]),
+                vec![Case::new(Baseline, Linear, SAMPLES)],
+            ]
+            .concat()
+        },
         views: &[View::new("pattern", "Learned sample patterns", Patterns)],
         ..NEW
     },
@@ -423,27 +434,19 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
         views: &[View::new(
             "teaser",
             "Neural, n = 64; test materials from diffuse to glossy",
-            Spheres(
-                |count| {
-                    let shown = count.min(6);
-                    let position = |index| index * (count - 1) / (shown - 1).max(1);
-                    (0..shown).map(position).collect()
-                },
-                &[],
-                Key::Method,
-            ),
+            Spheres(6, &[], Key::Method),
         )],
         ..NEW
     },
     Experiment {
         name: "increasing",
         title: "Spheres of a glossy material with each model, for increasing n",
-        cases: |scope| Case::all(&[Paper, Glimpse], &MODELS, &[Unchanged], &scope.samples()),
+        cases: |samples| Case::all(&[Paper, Glimpse], &MODELS, &[Unchanged], samples),
         views: &[
             View::new(
                 "spheres",
                 "The glossiest test material; each picture uses a different recipe",
-                Spheres(|count| vec![count - 1], &[Key::Model, Key::Method], Key::Samples),
+                Spheres(1, &[Key::Model, Key::Method], Key::Samples),
             ),
             View::new(
                 "losses",

@@ -18,7 +18,7 @@ use clap::builder::PossibleValue;
 use definitions::EXPERIMENTS;
 use run::Sets;
 
-pub(crate) use run::{Experiment, Scope};
+pub(crate) use run::Experiment;
 pub(crate) use store::{Settings, Store, TestSet};
 
 /// The name of all experiments together.

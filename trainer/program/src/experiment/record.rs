@@ -7,9 +7,9 @@ use glimpse_evaluation::metrics::METRICS;
 use glimpse_fitting::route::{Machine, Order, Route, stops};
 
 use super::case::{Approach, Case, Variation};
-use super::paper::Published;
 use super::store::{Store, TestSet};
-use crate::report::{Cell, Column, Table};
+use crate::report::{Column, Table, text};
+use serde_json::Value;
 
 /// A row of the long table: a case on a test set, and its values.
 #[derive(Clone)]
@@ -113,9 +113,9 @@ impl Key {
     }
 
     /// Returns the entry of a row: the label that its records share, or the mean of their values.
-    pub(super) fn cell(self, records: &[&Record]) -> Cell {
+    pub(super) fn cell(self, records: &[&Record]) -> Value {
         let label = records.first().map(|record| self.label(record));
-        if let Some(label @ (Cell::Text(_) | Cell::Number(_))) = label {
+        if let Some(label @ (Value::String(_) | Value::Number(_))) = label {
             return label;
         }
         let values = records.iter().map(|record| self.value(record));
@@ -123,14 +123,14 @@ impl Key {
         let count = values.len() as f64;
         let mean = values.iter().sum::<f64>() / count;
         match self {
-            _ if values.is_empty() => Cell::Missing,
-            Self::Spread if values.len() < 2 => Cell::Missing,
+            _ if values.is_empty() => Value::Null,
+            Self::Spread if values.len() < 2 => Value::Null,
             Self::Spread => {
                 let squares = values.iter().map(|value| (value - mean).powi(2));
                 let deviation = (squares.sum::<f64>() / (count - 1.0)).sqrt();
-                Cell::Number(100.0 * deviation / mean)
+                (100.0 * deviation / mean).into()
             }
-            _ => Cell::Number(mean),
+            _ => mean.into(),
         }
     }
 
@@ -138,13 +138,13 @@ impl Key {
     pub(super) fn heading(self, record: &Record) -> String {
         let label = self.label(record);
         match self {
-            Self::Samples => format!("n = {label}"),
-            _ => label.to_string(),
+            Self::Samples => format!("n = {}", text(&label)),
+            _ => text(&label),
         }
     }
 
-    /// Returns the label of a record; [`Cell::Missing`] if it has none, or for a value.
-    fn label(self, record: &Record) -> Cell {
+    /// Returns the label of a record; null if it has none, or for a value.
+    fn label(self, record: &Record) -> Value {
         let case = &record.case;
         let material = record.material.as_ref();
         match self {
@@ -167,7 +167,7 @@ impl Key {
             Self::Variation => case.variation.to_string().as_str().into(),
             Self::Material => material.map(|(_, name)| name.as_str()).into(),
             Self::Position => material.map(|(position, _)| position + 1).into(),
-            _ => Cell::Missing,
+            _ => Value::Null,
         }
     }
 
@@ -214,17 +214,18 @@ impl Record {
     }
 }
 
-/// Returns the long table of cases on a test set: their evaluations, then the published values. `timed` adds the seconds of
+/// Returns the long table of cases on a test set. `timed` adds the seconds of
 /// scans with patterns.
 pub(super) fn evaluate(
     store: &Store<'_>,
     set: &TestSet<'_>,
     cases: &[Case],
-    published: &[Published],
     timed: bool,
 ) -> anyhow::Result<Vec<Record>> {
     let mut records: Vec<Record> = Vec::new();
     for &case in cases {
+        let components = case.components.min(store.max_components());
+        let case = Case { components, ..case };
         let report = store.evaluation(set, &case)?;
         let mut record = Record::new(case, &report.metrics.values());
         let base = case.with(Variation::None);
@@ -242,11 +243,6 @@ pub(super) fn evaluate(
         record.report = Some(report);
         records.push(record);
     }
-    records.extend(published.iter().map(|(case, metrics, increase)| Record {
-        published: true,
-        increase: *increase,
-        ..Record::new(*case, metrics)
-    }));
     Ok(records)
 }
 
@@ -269,6 +265,8 @@ fn title(model: ModelKind) -> &'static str {
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
     use super::*;
 
     #[test]
@@ -276,10 +274,10 @@ mod tests {
         let case = Case::new(Approach::Glimpse, ModelKind::Linear, 0);
         let record = |loss| Record::new(case, &[loss]);
         let [known, unknown] = [record(0.25), record(f64::NAN)];
-        assert_eq!(LOSS.cell(&[&known, &unknown]), Cell::Number(0.25));
+        assert_eq!(LOSS.cell(&[&known, &unknown]), json!(0.25));
         for records in [&[][..], &[&unknown], &[&known]] {
             for key in [Key::TruthOverPredicted, Key::BoundHolds, Key::Spread] {
-                assert_eq!(key.cell(records), Cell::Missing, "{key:?}");
+                assert_eq!(key.cell(records), Value::Null, "{key:?}");
             }
         }
     }

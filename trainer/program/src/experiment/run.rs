@@ -1,11 +1,12 @@
 //! An experiment, and the presentation of its results.
 
 use std::path::Path;
+use std::ptr;
 
 use anyhow::ensure;
 
 use super::case::Case;
-use super::paper::Published;
+use super::paper::published;
 use super::record::{Record, evaluate, long_table};
 use super::store::{Store, TestSet};
 use super::view::{Output, View};
@@ -21,31 +22,15 @@ pub(crate) struct Experiment {
     pub(crate) name: &'static str,
     /// Help text, and title of the page.
     pub(crate) title: &'static str,
-    pub(super) cases: fn(&Scope) -> Vec<Case>,
+    /// The cases for a list of n, 1, 2, 4, ...
+    pub(super) cases: fn(&[usize]) -> Vec<Case>,
     /// The evaluated test sets.
     pub(super) sets: Sets,
-    pub(super) published: &'static [Published],
     /// True if records state the seconds of a scan.
     pub(super) timed: bool,
     /// Converts the records of a test set to those that the views show.
     pub(super) derive: fn(&Store<'_>, &TestSet<'_>, Vec<Record>) -> Vec<Record>,
     pub(super) views: &'static [View],
-}
-
-/// The sizes that the cases of an experiment depend on.
-pub(crate) struct Scope {
-    /// Largest n of experiments with several n.
-    pub(crate) max_samples: usize,
-    /// Number of materials to train on.
-    pub(crate) training_count: usize,
-}
-
-impl Scope {
-    /// Returns 1, 2, 4, ... up to the largest n.
-    pub(super) fn samples(&self) -> Vec<usize> {
-        let powers = std::iter::successors(Some(1), |n| Some(2 * n));
-        powers.take_while(|n| *n <= self.max_samples).collect()
-    }
 }
 
 /// The test sets that an experiment evaluates on.
@@ -64,7 +49,6 @@ pub(super) const NEW: Experiment = Experiment {
     title: "",
     cases: |_| Vec::new(),
     sets: Sets::Test,
-    published: &[],
     timed: false,
     derive: |_, _, records| records,
     views: &[],
@@ -78,50 +62,44 @@ impl Experiment {
 
     /// Returns true if the experiment varies n up to --most-samples.
     pub(crate) fn varies_samples(&self) -> bool {
-        let [one, two] = [1, 2].map(|max_samples| {
-            (self.cases)(&Scope {
-                max_samples,
-                training_count: 1,
-            })
-        });
-        one != two
+        (self.cases)(&[1]) != (self.cases)(&[1, 2])
     }
 
-    /// Returns the test sets, each with the suffix of its files.
-    fn sets<'m>(&self, store: &Store<'m>) -> anyhow::Result<Vec<(String, &'m TestSet<'m>)>> {
-        let suffix = |set: &TestSet<'_>| format!("-{}", set.label);
-        let (test, additional) = store.sets.split_at(1);
-        let additional = additional.iter().map(|set| (suffix(set), set));
-        let test = test.iter().map(|set| (String::new(), set));
-        let sets: Vec<_> = match self.sets {
-            Sets::Test => test.collect(),
-            Sets::Additional => additional.collect(),
-            Sets::All => test.chain(additional).collect(),
-        };
-        ensure!(
-            !sets.is_empty(),
-            "the experiment additional needs materials of other sources: give --additional with, for example, the eight \
-             materials of Nielsen et al. or the RGL database"
-        );
-        Ok(sets)
-    }
-
-    /// Writes the results into a folder. Trains and evaluates what is not stored. Returns the tables with their names.
+    /// Writes the results into a folder, for n up to `max_samples`. Trains and evaluates what is not stored. Returns the tables
+    /// with their names.
     pub(crate) fn write(
         &self,
         store: &Store<'_>,
-        scope: &Scope,
+        max_samples: usize,
         folder: &Path,
     ) -> anyhow::Result<Vec<(String, Table)>> {
-        let cases = (self.cases)(scope);
+        let powers = std::iter::successors(Some(1), |n| Some(2 * n));
+        let samples = powers.take_while(|n| *n <= max_samples);
+        let cases = (self.cases)(&samples.collect::<Vec<_>>());
         let mut output = Output {
             folder,
             page: Page::new(self.title),
             tables: Vec::new(),
         };
         output.page.paragraph(INTRODUCTION);
-        for (suffix, set) in self.sets(store)? {
-            let records = evaluate(store, set, &cases, self.published, self.timed)?;
+        let sets = match self.sets {
+            Sets::Test => &store.sets[..1],
+            Sets::Additional => &store.sets[1..],
+            Sets::All => store.sets,
+        };
+        ensure!(
+            !sets.is_empty(),
+            "the experiment additional needs materials of other sources: give --additional with, for example, the eight \
+             materials of Nielsen et al. or the RGL database"
+        );
+        for set in sets {
+            let suffix = if ptr::eq(set, &store.sets[0]) {
+                String::new()
+            } else {
+                format!("-{}", set.label)
+            };
+            let mut records = evaluate(store, set, &cases, self.timed)?;
+            records.extend(published(self.name, &cases)?);
             let table = long_table(&records);
             output.write(&format!("evaluations{suffix}.csv"), &table.to_csv())?;
             let settings = store.describe_settings(set, &cases);

@@ -8,6 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
+use clap::{Args, value_parser};
 use glimpse_core::fit::Estimator;
 use glimpse_core::geometry::{Angles, Arms};
 use glimpse_core::gonio::Limits;
@@ -26,7 +27,6 @@ use glimpse_materials::loss::DIRECTIONS;
 use glimpse_materials::sampling::{MeanBrdf, uniform_valid};
 use glimpse_materials::{Identity, Material, Source, SourceShare};
 use glimpse_training::linear::{Columns, min_condition_pattern, principal_components};
-use glimpse_training::outer::Checkpoints;
 use glimpse_training::run::INNER_STEPS;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -35,33 +35,41 @@ use serde_json::{Value, json};
 
 use super::case::{Approach, Case, MOTION_SPEED, REFINEMENT_STEPS, Variation};
 use super::glossiness::split_by_glossiness;
+use crate::progress::{interrupted, train_to_file};
 use crate::report::write_file;
 
+/// The message after Ctrl-C.
+const STOPPED: &str = "stopped: repeat the command to continue";
+
 /// The settings of a run.
-#[derive(Clone, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct Settings {
-    /// Output folder.
-    pub(crate) out: PathBuf,
-    /// Materials to train on.
+    /// Training materials
+    #[arg(long, value_name = "SOURCE", default_value = "procedural:100")]
     pub(crate) data: Source,
-    /// Effort of trainings, except with the paper's schedule.
+    /// Output folder
+    #[arg(long, short, default_value = "paper")]
+    pub(crate) out: PathBuf,
+    /// Length of each training with the schedule `prior`
+    #[arg(long, value_enum, default_value_t = Effort::Quick)]
     pub(crate) effort: Effort,
-    /// Effort of trainings with the paper's schedule.
-    pub(crate) paper_effort: Effort,
-    /// Seed of all random numbers.
-    pub(crate) seed: u64,
-    /// Number of repetitions of random methods.
+    /// Length of each training with the schedule `paper` [default: that of --effort]
+    #[arg(long, value_name = "EFFORT", value_enum)]
+    pub(crate) paper_effort: Option<Effort>,
+    /// Number of repetitions of random methods, 1 to 10000
+    #[arg(long, default_value_t = 5, value_parser = value_parser!(u64).range(1..=10_000))]
     pub(crate) seeds: u64,
-    /// Returns true after an interruption, which ends the run before the next evaluation.
-    pub(crate) interrupted: fn() -> bool,
+    /// Seed of all random numbers.
+    #[arg(skip)]
+    pub(crate) seed: u64,
 }
 
 impl Settings {
     /// Returns the effort of trainings with a schedule.
     pub(super) fn effort_for(&self, schedule: Schedule) -> Effort {
         match schedule {
-            Schedule::Paper => self.paper_effort,
-            _ => self.effort,
+            Schedule::Paper => self.paper_effort.unwrap_or(self.effort),
+            Schedule::Prior => self.effort,
         }
     }
 }
@@ -94,23 +102,13 @@ impl<'a> TestSet<'a> {
     }
 }
 
-/// A function that trains on materials with a name, and writes the recipe.
-pub(crate) type TrainToFile = dyn Fn(
-    &TrainingOptions,
-    Vec<Box<dyn Material>>,
-    &Checkpoints,
-    &str,
-    &Path,
-) -> anyhow::Result<()>;
-
 /// The store of recipes and evaluations.
 pub(crate) struct Store<'a> {
     pub(super) settings: Settings,
     /// The test set, followed by those of the option --additional.
     pub(super) sets: &'a [TestSet<'a>],
-    train_to_file: &'a TrainToFile,
     /// Number of materials to train on.
-    pub(super) training_count: usize,
+    training_count: usize,
     /// Columns of the training materials, for the basis of Linear.
     columns: OnceCell<Columns>,
     mean_brdf: OnceCell<MeanBrdf>,
@@ -125,7 +123,6 @@ impl<'a> Store<'a> {
         settings: Settings,
         training: &[Box<dyn Material>],
         sets: &'a [TestSet<'a>],
-        train_to_file: &'a TrainToFile,
     ) -> anyhow::Result<Self> {
         let identities = |materials: &[Box<dyn Material>]| {
             let identities = materials.iter().map(|material| Identity::new(&**material));
@@ -134,7 +131,7 @@ impl<'a> Store<'a> {
         let recorded = json!({
             "trainer": env!("CARGO_PKG_VERSION"),
             "effort": settings.effort,
-            "paper_effort": settings.paper_effort,
+            "paper_effort": settings.effort_for(Schedule::Paper),
             "seed": settings.seed,
             "seeds": settings.seeds,
             "trained_on": identities(training),
@@ -148,11 +145,16 @@ impl<'a> Store<'a> {
         Ok(Self {
             settings,
             sets,
-            train_to_file,
             training_count: training.len(),
             columns: OnceCell::new(),
             mean_brdf: OnceCell::new(),
         })
+    }
+
+    /// Returns the largest number of components of the training columns, three for each material. Subtracting the mean leaves
+    /// one fewer.
+    pub(super) fn max_components(&self) -> usize {
+        (3 * self.training_count).saturating_sub(1).max(1)
     }
 
     /// Describes the settings of an experiment on a test set.
@@ -222,16 +224,15 @@ impl<'a> Store<'a> {
             _ => {}
         }
         options.source_shares = vec![SourceShare::single(&self.settings.data, materials.len())];
-        let checkpoints = Checkpoints {
-            directory: path.with_extension("checkpoint"),
-            resume: true,
-        };
         let folder = self.settings.out.join("recipes");
         fs::create_dir_all(&folder)
             .with_context(|| format!("cannot write {}", folder.display()))?;
         eprintln!("training {}", case.name());
         let data = self.settings.data.label();
-        (self.train_to_file)(&options, materials, &checkpoints, data, path)
+        let outcome = train_to_file(&options, materials, true, data, path);
+        // After Ctrl-C, training has saved its state and ends with an error.
+        ensure!(!interrupted(), STOPPED);
+        outcome.map(drop)
     }
 
     /// Returns the initial parameters and step sizes of a training.
@@ -279,18 +280,17 @@ impl<'a> Store<'a> {
             named = named.at(&directions, &vec![0.0; directions.len()])?;
         }
         let (recipe, basis) = (named.file.recipe(), named.basis.as_deref());
+        let at = |directions| Method::at_directions(case.method(), &recipe, basis, directions);
         let method = match (case.variation, case.approach) {
             (Variation::Importance, _) => {
                 let mean_brdf = self.of_training(&self.mean_brdf, MeanBrdf::new)?;
                 let pattern = mean_brdf.samples(case.samples, seed as u32);
-                let directions = SampleDirections::Pattern(pattern);
-                Method::at_directions("importance", &recipe, basis, directions)?
+                at(SampleDirections::Pattern(pattern))?
             }
             (Variation::Replaced(count, run), _) => {
                 let pattern: Vec<Angles<f32>> = recipe.pattern().collect();
                 let pattern = replace_samples(&pattern, count, seed.wrapping_add(run << 32));
-                let directions = SampleDirections::Pattern(pattern);
-                Method::at_directions("replaced", &recipe, basis, directions)?
+                at(SampleDirections::Pattern(pattern))?
             }
             (Variation::Readings(instrument, displacement), _) => {
                 Method::with_prior(&recipe, basis, Some(named.prior.clone()))?
@@ -310,7 +310,7 @@ impl<'a> Store<'a> {
                     position: Some(Position::new(Machine::default())),
                 })
             }
-            (_, Approach::Baseline) => Method::meta(&recipe, basis)?,
+            (_, Approach::Baseline) => at(SampleDirections::Random(case.samples))?,
             _ => Method::with_recipe(&recipe, basis)?,
         };
         use_method(match case.variation {
@@ -376,10 +376,7 @@ impl<'a> Store<'a> {
             return serde_json::from_slice(&stored)
                 .with_context(|| format!("{} is damaged: remove it", path.display()));
         }
-        ensure!(
-            !(self.settings.interrupted)(),
-            "stopped: repeat the command to continue"
-        );
+        ensure!(!interrupted(), STOPPED);
         // Refinement takes too long to repeat.
         let seeds = match case.variation {
             Variation::Refined => 1,

@@ -7,13 +7,15 @@ use super::glossiness::by_glossiness;
 use super::record::{Key, LOSS, Record};
 use super::store::Store;
 use crate::report::{
-    Axis, Cell, Column, Compare, Gallery, GalleryRow, Highlight, Page, Plot, Scale, Series, Table,
-    pattern_svg, write_file,
+    Axis, Column, Compare, GalleryRow, Highlight, Page, Plot, Scale, Series, Table, pattern_svg,
+    text, write_file,
 };
+use serde_json::Value;
 
 /// A view of the records for which `of` is true.
 pub(super) struct View {
-    /// Name of the files; with `by_model`, the model's name follows.
+    /// Name of the files; with `by_model`, the model's name follows. The files of plots begin with the name of the metric, so it
+    /// is empty for them.
     pub(super) name: &'static str,
     pub(super) caption: &'static str,
     pub(super) of: fn(&Record) -> bool,
@@ -26,11 +28,11 @@ pub(super) struct View {
 pub(super) enum Form {
     /// A table: the labels of a row, the other columns, and the numbers that are compared.
     Table(&'static [Key], &'static [Columns], Option<Compare>),
-    /// A plot of the second key over the first one, with a line for each label of the last ones.
-    Plot(Key, Key, &'static [Key]),
-    /// Spheres of materials of the test set: a function from their number to their positions from diffuse to glossy, the
-    /// labels of a row, and that of a picture.
-    Spheres(fn(usize) -> Vec<usize>, &'static [Key], Key),
+    /// A plot of each of the second keys over the first one, with a line for each label of the last ones.
+    Plots(Key, &'static [Key], &'static [Key]),
+    /// Spheres of a number of materials of the test set from diffuse to glossy, or of the glossiest one: the labels of a row,
+    /// and that of a picture.
+    Spheres(usize, &'static [Key], Key),
     /// Drawings of the pattern of each record.
     Patterns,
 }
@@ -103,7 +105,7 @@ impl View {
             let caption = format!("{title}. {settings}");
             let slug = model
                 .iter()
-                .map(|label| format!("-{}", label.to_string().to_lowercase()));
+                .map(|label| format!("-{}", text(label).to_lowercase()));
             let name = self.name.to_owned() + &slug.collect::<String>() + suffix;
             match &self.form {
                 Form::Table(rows, columns, compare) => {
@@ -115,13 +117,16 @@ impl View {
                     output.write(&format!("{name}.csv"), &table.to_csv())?;
                     output.tables.push((name, table));
                 }
-                Form::Plot(x, y, by) => {
-                    let svg = plot(&records, *x, *y, by, title).to_svg();
-                    output.drawing(&name, &svg, &caption)?;
+                Form::Plots(x, values, by) => {
+                    for y in *values {
+                        let plot = plot(&records, *x, *y, by, &title);
+                        let metric = y.column().title.to_lowercase().replace(' ', "-");
+                        output.drawing(&format!("{metric}{name}"), &plot.to_svg(), &caption)?;
+                    }
                 }
-                Form::Spheres(pick, rows, tile) => {
-                    let rows = spheres(store, &records, *pick, rows, *tile)?;
-                    output.page.gallery(&Gallery { caption, rows });
+                Form::Spheres(count, rows, tile) => {
+                    let rows = spheres(store, &records, *count, rows, *tile)?;
+                    output.page.gallery(&caption, &rows);
                 }
                 Form::Patterns => {
                     for case in records.iter().map(|record| &record.case) {
@@ -137,10 +142,10 @@ impl View {
 }
 
 /// Groups records by their labels, in the order of their first appearance.
-fn groups<'r>(records: &[&'r Record], keys: &[Key]) -> Vec<(Vec<Cell>, Vec<&'r Record>)> {
-    let mut groups: Vec<(Vec<Cell>, Vec<&Record>)> = Vec::new();
+fn groups<'r>(records: &[&'r Record], keys: &[Key]) -> Vec<(Vec<Value>, Vec<&'r Record>)> {
+    let mut groups: Vec<(Vec<Value>, Vec<&Record>)> = Vec::new();
     for record in records {
-        let labels: Vec<Cell> = keys.iter().map(|key| key.cell(&[record])).collect();
+        let labels: Vec<Value> = keys.iter().map(|key| key.cell(&[record])).collect();
         match groups.iter_mut().find(|(other, _)| *other == labels) {
             Some((_, group)) => group.push(record),
             None => groups.push((labels, vec![record])),
@@ -150,9 +155,9 @@ fn groups<'r>(records: &[&'r Record], keys: &[Key]) -> Vec<(Vec<Cell>, Vec<&'r R
 }
 
 /// Joins labels, and a text unless it is empty.
-fn joined(labels: &[Cell], text: &str) -> String {
-    let labels = labels.iter().map(Cell::to_string);
-    let words = labels.chain([text.to_owned()]);
+fn joined(labels: &[Value], end: &str) -> String {
+    let labels = labels.iter().map(text);
+    let words = labels.chain([end.to_owned()]);
     let words: Vec<String> = words.filter(|word| !word.is_empty()).collect();
     words.join(", ")
 }
@@ -187,7 +192,7 @@ fn table(
         });
         labels.into_iter().chain(cells).collect()
     });
-    let entries: Vec<Vec<Cell>> = entries.collect();
+    let entries: Vec<Vec<Value>> = entries.collect();
     let labels = rows.iter().map(|key| key.column());
     let columns = labels.chain(shown.into_iter().map(|shown| shown.column));
     Table {
@@ -220,7 +225,7 @@ impl Columns {
             }
         };
         let groups = groups(&records, &[&[Key::Source], keys].concat()).into_iter();
-        let known = groups.filter(|(_, records)| value.cell(records) != Cell::Missing);
+        let known = groups.filter(|(_, records)| value.cell(records) != Value::Null);
         let shown = known.map(|(_, records)| {
             let mut column = value.column();
             let words = keys.iter().map(|key| key.heading(records[0]));
@@ -243,11 +248,8 @@ impl Columns {
     }
 }
 
-fn plot(records: &[&Record], x: Key, y: Key, by: &[Key], title: String) -> Plot {
-    let number = |key: Key, record: &Record| match key.cell(&[record]) {
-        Cell::Number(number) => Some(number),
-        _ => None,
-    };
+fn plot(records: &[&Record], x: Key, y: Key, by: &[Key], title: &str) -> Plot {
+    let number = |key: Key, record: &Record| key.cell(&[record]).as_f64();
     // An unlimited n is drawn at the right end.
     let known = records.iter().filter_map(|record| number(x, record));
     let end = known.fold(f64::NAN, f64::max);
@@ -265,7 +267,7 @@ fn plot(records: &[&Record], x: Key, y: Key, by: &[Key], title: String) -> Plot 
             .collect(),
     });
     Plot {
-        title,
+        title: title.to_owned(),
         x: Axis {
             title: x.column().title,
             scale: match x {
@@ -286,7 +288,7 @@ fn plot(records: &[&Record], x: Key, y: Key, by: &[Key], title: String) -> Plot 
 fn spheres(
     store: &Store<'_>,
     records: &[&Record],
-    pick: fn(usize) -> Vec<usize>,
+    count: usize,
     rows: &[Key],
     tile: Key,
 ) -> anyhow::Result<Vec<GalleryRow>> {
@@ -294,10 +296,12 @@ fn spheres(
     let evaluator = set.evaluator();
     let order = by_glossiness(set.materials, store.settings.seed);
     let mut gallery = Vec::new();
-    for material in pick(order.len())
-        .into_iter()
-        .map(|position| order[position])
-    {
+    let count = count.min(order.len());
+    let position = |index: usize| match count - 1 {
+        0 => order.len() - 1,
+        last => index * (order.len() - 1) / last,
+    };
+    for material in (0..count).map(|index| order[position(index)]) {
         let reference = &*set.materials[material];
         for (labels, records) in groups(records, rows) {
             let fits = records.iter().map(|record| {

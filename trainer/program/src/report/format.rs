@@ -2,25 +2,32 @@
 
 use csv::{Terminator, WriterBuilder};
 use maud::html;
+use serde_json::Value;
 
-use super::table::{Cell, Highlight, Table};
+use super::table::{Highlight, Table, text};
 
 impl Table {
     /// Formats the table as Markdown with aligned columns, for a terminal or a document. The best numbers are bold.
+    /// Columns without entries are left out.
     pub(crate) fn to_markdown(&self) -> String {
         let escape = |text: &str| text.replace('|', "\\|");
-        let titles = self.columns.iter().map(|column| escape(&column.title));
+        let has_entry = |index: &usize| self.rows.iter().any(|row| !row[*index].is_null());
+        let shown: Vec<usize> = (0..self.columns.len()).filter(has_entry).collect();
+        let titles = shown
+            .iter()
+            .map(|index| escape(&self.columns[*index].title));
         let mut lines: Vec<Vec<String>> = vec![titles.collect()];
-        lines.extend((0..self.rows.len()).map(|row| {
-            let cells = self.row(row).enumerate().map(|(index, (column, cell))| {
+        lines.extend(self.rows.iter().enumerate().map(|(row, cells)| {
+            let cells = shown.iter().map(|&index| {
                 let mark = if self.is_best(row, index) { "**" } else { "" };
-                format!("{mark}{}{mark}", escape(&column.format(cell)))
+                let entry = self.columns[index].format(&cells[index]);
+                format!("{mark}{}{mark}", escape(&entry))
             });
             cells.collect()
         }));
-        let columns = (0..self.columns.len()).map(|index| {
-            let lengths = lines.iter().map(|line| line[index].chars().count());
-            (self.is_numeric(index), lengths.max().unwrap_or_default())
+        let columns = shown.iter().enumerate().map(|(position, index)| {
+            let lengths = lines.iter().map(|line| line[position].chars().count());
+            (self.is_numeric(*index), lengths.max().unwrap_or_default())
         });
         let columns: Vec<(bool, usize)> = columns.collect();
         let rule = columns.iter().map(|(is_numeric, width)| {
@@ -68,8 +75,8 @@ impl Table {
                         @for (index, (column, cell)) in self.row(row).enumerate() {
                             @let entry = column.format(cell);
                             @match cell {
-                                Cell::Text(_) if index == 0 => { th scope="row" { (entry) } }
-                                Cell::Number(_) if self.is_best(row, index) => {
+                                Value::String(_) if index == 0 => { th scope="row" { (entry) } }
+                                Value::Number(_) if self.is_best(row, index) => {
                                     td.number.best { (entry) }
                                 }
                                 _ => { td.number[self.is_numeric(index)] { (entry) } }
@@ -92,21 +99,17 @@ impl Table {
 
     /// Formats the table as comma-separated values (RFC 4180), with all digits of every number.
     pub(crate) fn to_csv(&self) -> String {
-        // Cannot fail: it writes to memory, and each row has as many cells as there are columns.
-        self.write_csv().unwrap_or_default()
-    }
-
-    fn write_csv(&self) -> Option<String> {
         let mut csv = WriterBuilder::new()
             .terminator(Terminator::CRLF)
             .from_writer(Vec::new());
-        csv.write_record(self.columns.iter().map(|column| &column.title))
-            .ok()?;
-        for row in 0..self.rows.len() {
-            let cells = self.row(row).map(|(_, cell)| cell.to_string());
-            csv.write_record(cells).ok()?;
+        let titles = self.columns.iter().map(|column| column.title.clone());
+        let rows = self.rows.iter().map(|row| row.iter().map(text).collect());
+        for record in [titles.collect::<Vec<_>>()].into_iter().chain(rows) {
+            // Cannot fail: it writes to memory, and each row has as many cells as there are columns.
+            let _ = csv.write_record(record);
         }
-        String::from_utf8(csv.into_inner().ok()?).ok()
+        let bytes = csv.into_inner().unwrap_or_default();
+        String::from_utf8_lossy(&bytes).into_owned()
     }
 }
 
@@ -146,7 +149,7 @@ mod tests {
 
     #[test]
     fn csv_keeps_all_digits() {
-        let expected = "Method,Loss,\"PSNR, dB\"\r\nRandom,0.0651,NaN\r\nMeta & co,0.0354,\r\n\
+        let expected = "Method,Loss,\"PSNR, dB\"\r\nRandom,0.0651,\r\nMeta & co,0.0354,\r\n\
                         Glimpse,0.0351,24.35\r\n";
         assert_eq!(method_table().to_csv(), expected);
     }

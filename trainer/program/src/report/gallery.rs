@@ -5,15 +5,6 @@ use maud::{Markup, html};
 use glimpse_evaluation::metrics::Metrics;
 use glimpse_evaluation::render::Picture;
 
-/// Rows of pictures under common headings.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Gallery {
-    /// Caption, a sentence.
-    pub(crate) caption: String,
-    /// The rows.
-    pub(crate) rows: Vec<GalleryRow>,
-}
-
 /// A row of pictures of one subject.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct GalleryRow {
@@ -64,21 +55,24 @@ pub(crate) struct Tile {
     pub(crate) picture: Picture,
 }
 
-impl Gallery {
-    /// Formats the gallery as HTML that refers to pictures in `directory`, and adds their file names and contents to
-    /// `files`. A name is a number, the row and the label.
-    pub(super) fn to_html(&self, directory: &str, files: &mut Vec<(String, Picture)>) -> Markup {
-        html! {
-            section.gallery {
-                p.caption { (self.caption) } "\n"
-                @for row in &self.rows {
-                    @if !row.title.is_empty() { h3 { (row.title) } "\n" }
-                    div.row style={ "--columns: " (row.tiles.len()) } {
-                        @for tile in &row.tiles {
-                            @let file = slug(&format!("{} {} {}", files.len(), row.title, tile.label)) + ".png";
-                            (tile.to_html(&row.title, &format!("{directory}/{file}"))) "\n"
-                            @let () = files.push((file, tile.picture.clone()));
-                        }
+/// Formats rows of pictures with a caption as HTML that refers to pictures in `directory`, and adds their file names and
+/// contents to `files`. A name is a number, the row and the label.
+pub(super) fn to_html(
+    caption: &str,
+    rows: &[GalleryRow],
+    directory: &str,
+    files: &mut Vec<(String, Picture)>,
+) -> Markup {
+    html! {
+        section.gallery {
+            p.caption { (caption) } "\n"
+            @for row in rows {
+                @if !row.title.is_empty() { h3 { (row.title) } "\n" }
+                div.row style={ "--columns: " (row.tiles.len()) } {
+                    @for tile in &row.tiles {
+                        @let file = slug(&format!("{} {} {}", files.len(), row.title, tile.label)) + ".png";
+                        (tile.to_html(&row.title, &format!("{directory}/{file}"))) "\n"
+                        @let () = files.push((file, tile.picture.clone()));
                     }
                 }
             }

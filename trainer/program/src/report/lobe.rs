@@ -7,7 +7,7 @@ use maud::{Markup, html};
 use super::svg::{COLORS, drawing, one_decimal, path_of};
 
 /// The maximum number of curves besides a reference, one for each color.
-pub(crate) const MAX_LOBES: usize = COLORS.len() - 1;
+pub(crate) const MAX_LOBES: usize = COLORS - 1;
 /// Number of outgoing angles: every quarter of a degree, the first one half a step above the horizon.
 const STEPS: u16 = 720;
 /// The numbers of decades of the radial axis.
@@ -20,9 +20,6 @@ const RADIUS: f32 = 285.0;
 const LEGEND_TOP: f32 = 418.0;
 const LINE_HEIGHT: f32 = 21.0;
 
-const SHAPES: &str = ".plot .curve{fill:none;stroke:currentColor;stroke-width:2;stroke-linejoin:round}\
-                      .plot .dash{stroke-dasharray:7 4}.plot .band{fill:currentColor;opacity:.18;stroke:none}";
-
 /// A BRDF under light from one direction.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Lobe {
@@ -30,7 +27,7 @@ pub(crate) struct Lobe {
     pub(crate) name: String,
     /// Polar angle of the light, radians.
     pub(crate) theta_i: f32,
-    /// Pairs of outgoing angle and luminance of the BRDF from [`lobe`].
+    /// Pairs of outgoing angle in radians and luminance of the BRDF in sr^-1.
     pub(crate) curve: Vec<[f32; 2]>,
     /// True for a reference.
     pub(crate) is_dashed: bool,
@@ -38,11 +35,24 @@ pub(crate) struct Lobe {
     pub(crate) deviations: Vec<f32>,
 }
 
+impl Lobe {
+    /// Creates the lobe of a BRDF, with a solid curve.
+    pub(crate) fn new(name: impl Into<String>, brdf: &dyn Brdf, theta_i: f32) -> Self {
+        Self {
+            name: name.into(),
+            theta_i,
+            curve: lobe(brdf, theta_i),
+            is_dashed: false,
+            deviations: Vec::new(),
+        }
+    }
+}
+
 /// Returns the luminance (Rec. 709) of a BRDF in the plane of incidence.
 ///
 /// The pairs are the outgoing polar angle in radians, in (-pi/2, pi/2), and the luminance of the BRDF in sr^-1 (not
 /// times the cosine). Angles are positive on the side opposite the light, so a mirror peaks at `theta_i`.
-pub(crate) fn lobe(brdf: &dyn Brdf, theta_i: f32) -> Vec<[f32; 2]> {
+fn lobe(brdf: &dyn Brdf, theta_i: f32) -> Vec<[f32; 2]> {
     let (angles, half_differences) = lobe_directions(theta_i);
     angles
         .into_iter()
@@ -91,10 +101,10 @@ pub(crate) fn lobe_svg(lobes: &[Lobe]) -> String {
             @let band = lobe.curve.iter().zip(&lobe.deviations);
             @let upper = band.clone().map(|([theta_o, value], deviation)| [*theta_o, value + deviation]);
             @let lower = band.rev().map(|([theta_o, value], deviation)| [*theta_o, value - deviation]);
-            g class={ "c" (index % COLORS.len()) } {
+            g class={ "c" (index % COLORS) } {
                 path.band d=(path(&mut upper.chain(lower))) {}
-                path.curve.dash[lobe.is_dashed] d=(path(&mut lobe.curve.iter().copied())) {}
-                path.curve.dash[lobe.is_dashed] d=(format!("M70 {}H106", y - 4.0)) {}
+                path.line.dash[lobe.is_dashed] d=(path(&mut lobe.curve.iter().copied())) {}
+                path.line.dash[lobe.is_dashed] d=(format!("M70 {}H106", y - 4.0)) {}
             }
             text x="116" y=(y) { (lobe.name) }
             path.mark.c6 d=(light_arrow(lobe.theta_i)) {}
@@ -104,7 +114,7 @@ pub(crate) fn lobe_svg(lobes: &[Lobe]) -> String {
         }
     };
     let size = [700.0, baseline(lobes.len() + 1)];
-    drawing(size, "BRDF in the plane of incidence", SHAPES, &marks)
+    drawing(size, "BRDF in the plane of incidence", &marks)
 }
 
 /// Returns the SVG path of a triangle on the rim that points to the light.

@@ -10,9 +10,9 @@ mod plot;
 mod svg;
 mod table;
 
-pub(crate) use gallery::{Gallery, GalleryRow, Tile};
-pub(crate) use lobe::{Lobe, MAX_LOBES, lobe, lobe_directions, lobe_svg, luminance};
+pub(crate) use gallery::{GalleryRow, Tile};
+pub(crate) use lobe::{Lobe, MAX_LOBES, lobe_directions, lobe_svg, luminance};
 pub(crate) use page::{Page, document, write_file};
 pub(crate) use pattern::pattern_svg;
 pub(crate) use plot::{Axis, Plot, Scale, Series};
-pub(crate) use table::{Cell, Column, Compare, Highlight, Table, metric_columns};
+pub(crate) use table::{Column, Compare, Highlight, Table, metric_columns, text};

@@ -8,7 +8,7 @@ use glimpse_evaluation::render::Picture;
 use glimpse_materials::files::write_atomic;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::{Gallery, Table};
+use super::{GalleryRow, Table, gallery};
 
 /// The folder of the pictures, next to the page.
 const PICTURES: &str = "pictures";
@@ -75,8 +75,8 @@ impl Page {
     }
 
     /// Adds rows of pictures.
-    pub(crate) fn gallery(&mut self, gallery: &Gallery) -> &mut Self {
-        let html = gallery.to_html(PICTURES, &mut self.pictures);
+    pub(crate) fn gallery(&mut self, caption: &str, rows: &[GalleryRow]) -> &mut Self {
+        let html = gallery::to_html(caption, rows, PICTURES, &mut self.pictures);
         self.push(&html)
     }
 
@@ -89,7 +89,7 @@ impl Page {
     }
 
     /// Writes `index.html` and the folder of PNG files into a directory, and creates the directory if it does not
-    /// exist. The page is written last and atomically, so that all of its pictures exist.
+    /// exist. Reports the page on stderr. The page is written last and atomically, so that all of its pictures exist.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -98,7 +98,10 @@ impl Page {
         for (name, picture) in &self.pictures {
             write_file(&folder.join(name), &picture.to_png()?)?;
         }
-        write_file(&directory.join("index.html"), self.to_html().as_bytes())
+        let index = directory.join("index.html");
+        write_file(&index, self.to_html().as_bytes())?;
+        eprintln!("wrote {}", index.display());
+        Ok(())
     }
 
     /// Formats the page as HTML.
@@ -127,29 +130,26 @@ pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{GalleryRow, Tile};
+    use crate::report::Tile;
 
-    /// Returns a gallery of one row of pictures with these labels.
-    fn gallery(title: &str, labels: &[&str]) -> Gallery {
+    /// Returns a row of pictures with these labels.
+    fn row(title: &str, labels: &[&str]) -> GalleryRow {
         let tile = |label: &&str| Tile {
             label: (*label).into(),
             details: vec!["loss 0.1".into(), "<b>".into()],
             best: *label == "Glimpse",
             picture: Picture::filled(8, 8, [1, 2, 3]),
         };
-        Gallery {
-            caption: "Spheres".into(),
-            rows: vec![GalleryRow {
-                title: title.into(),
-                tiles: labels.iter().map(tile).collect(),
-            }],
+        GalleryRow {
+            title: title.into(),
+            tiles: labels.iter().map(tile).collect(),
         }
     }
 
     fn page() -> Page {
-        let gallery = gallery("blue & rubber", &["Reference", "Glimpse", "glimpse"]);
+        let row = row("blue & rubber", &["Reference", "Glimpse", "glimpse"]);
         let mut page = Page::new("A <title>");
-        page.paragraph("2 < 3").gallery(&gallery);
+        page.paragraph("2 < 3").gallery("Spheres", &[row]);
         page
     }
 

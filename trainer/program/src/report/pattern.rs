@@ -10,7 +10,6 @@ const MAX_NUMBERED: usize = 16;
 /// Center and radius of the hemisphere, in SVG units.
 const CENTER: [f32; 2] = [350.0, 330.0];
 const HORIZON: f32 = 290.0;
-const SHAPES: &str = ".plot .out{opacity:0.35}";
 
 /// Draws a sample pattern as an SVG, for a file or for embedding in a page.
 ///
@@ -45,7 +44,7 @@ pub(crate) fn pattern_svg(angles: &[Angles<f32>]) -> String {
         text x="402" y="661" { "direction to the sensor" }
     };
     let label = format!("Sample pattern of {} pairs of directions", angles.len());
-    drawing([700.0, 680.0], &label, SHAPES, &marks)
+    drawing([700.0, 680.0], &label, &marks)
 }
 
 /// Returns the point of a direction.

@@ -59,9 +59,6 @@ const BOTTOM: f32 = 342.0;
 const WIDTH: f32 = 700.0;
 /// Height of a legend line, each with the name of a series.
 const LEGEND_LINE_HEIGHT: f32 = 24.0;
-const SHAPES: &str = ".plot .title{font-size:17px}\
-                      .plot .line{fill:none;stroke:currentColor;stroke-width:2}\
-                      .plot .dash{stroke-dasharray:6 4}";
 
 impl Scale {
     /// Returns the coordinate of a value along the axis; None if it is not finite, or not positive on a logarithmic
@@ -171,7 +168,7 @@ impl Plot {
             @for ((series, points), baseline) in self.series.iter().zip(&points).zip(baselines) {
                 @let at: Vec<[f32; 2]> =
                     points.iter().map(|[a, b]| [x.position(*a), y.position(*b)]).collect();
-                g class={ "c" (series.color % COLORS.len()) } {
+                g class={ "c" (series.color % COLORS) } {
                     path.line.dash[series.is_dashed] d=(path_of(&at)) {}
                     @for point in at.iter().chain([&[LEFT, baseline - 5.0]]) { (series.marker(*point)) }
                 }
@@ -179,7 +176,7 @@ impl Plot {
             }
         };
         let height = BOTTOM + 66.0 + LEGEND_LINE_HEIGHT * self.series.len() as f32;
-        drawing([WIDTH, height], &self.title, SHAPES, &marks)
+        drawing([WIDTH, height], &self.title, &marks)
     }
 
     /// Draws both axes with ticks and labels, and the title of the vertical one.

@@ -1,8 +1,6 @@
 //! A table of text and numbers, with the best numbers highlighted.
 
-use std::fmt;
-
-use glimpse_evaluation::metrics::{METRICS, MetricColumn, Metrics};
+use glimpse_evaluation::metrics::{METRICS, MetricColumn};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -28,27 +26,6 @@ pub(crate) struct Column {
     pub(crate) highlight: Highlight,
 }
 
-/// An entry of a table.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Cell {
-    /// Text, aligned to the left.
-    Text(String),
-    /// A number, aligned to the right. A number that is not finite is never highlighted.
-    Number(f64),
-    /// An empty entry.
-    Missing,
-}
-
-impl fmt::Display for Cell {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Text(text) => f.write_str(text),
-            Self::Number(number) => write!(f, "{number}"),
-            Self::Missing => Ok(()),
-        }
-    }
-}
-
 /// The numbers that are compared to select the best one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Compare {
@@ -58,15 +35,15 @@ pub(crate) enum Compare {
     WithinRow,
 }
 
-/// A table. Short rows are filled with [`Cell::Missing`], and long rows are cut.
+/// A table.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Table {
     /// Caption, a sentence.
     pub(crate) caption: String,
     /// The columns.
     pub(crate) columns: Vec<Column>,
-    /// The rows.
-    pub(crate) rows: Vec<Vec<Cell>>,
+    /// The rows, with an entry for each column: text, aligned to the left, a number, aligned to the right, or null.
+    pub(crate) rows: Vec<Vec<Value>>,
     /// The numbers to compare. All numbers with the same printed digits as the best one are highlighted.
     pub(crate) compare: Compare,
 }
@@ -100,71 +77,45 @@ impl Column {
     }
 
     /// Formats an entry of this column; an empty entry gives an empty string.
-    pub(super) fn format(&self, cell: &Cell) -> String {
-        match cell {
-            Cell::Text(text) => text.clone(),
-            Cell::Number(number) => format!("{number:.*}", self.decimals),
-            Cell::Missing => String::new(),
+    pub(super) fn format(&self, cell: &Value) -> String {
+        match cell.as_f64() {
+            Some(number) => format!("{number:.*}", self.decimals),
+            None => text(cell),
         }
     }
 }
 
-/// Returns the columns of [`Cell::of_metrics`].
+/// Returns an entry as text, with all digits of a number; empty for an empty entry.
+pub(crate) fn text(cell: &Value) -> String {
+    match cell {
+        Value::Null => String::new(),
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    }
+}
+
+/// Returns the columns of [`Metrics::values`].
 pub(crate) fn metric_columns() -> [Column; METRICS.len()] {
     METRICS.each_ref().map(Column::metric)
 }
 
-impl From<&Value> for Cell {
-    fn from(value: &Value) -> Self {
-        match value {
-            Value::String(text) => Self::Text(text.clone()),
-            value => value.as_f64().into(),
-        }
-    }
-}
-
-impl From<&str> for Cell {
-    fn from(text: &str) -> Self {
-        Self::Text(text.to_owned())
-    }
-}
-
-impl From<f64> for Cell {
-    fn from(number: f64) -> Self {
-        Self::Number(number)
-    }
-}
-
-impl From<usize> for Cell {
-    fn from(count: usize) -> Self {
-        Self::Number(count as f64)
-    }
-}
-
-impl<T: Into<Self>> From<Option<T>> for Cell {
-    fn from(entry: Option<T>) -> Self {
-        entry.map_or(Self::Missing, Into::into)
-    }
-}
-
-impl Cell {
-    /// Returns the entries of [`metric_columns`].
-    pub(crate) fn of_metrics(metrics: &Metrics) -> [Self; METRICS.len()] {
-        metrics.values().map(Self::Number)
-    }
-}
-
 impl Table {
-    /// Creates a table that compares the numbers of each column.
+    /// Creates a table that compares the numbers of each column. Short rows are filled with null, and long rows
+    /// are cut.
     pub(crate) fn new(
         caption: impl Into<String>,
         columns: impl Into<Vec<Column>>,
-        rows: impl IntoIterator<Item = Vec<Cell>>,
+        rows: impl IntoIterator<Item = Vec<Value>>,
     ) -> Self {
+        let columns = columns.into();
+        let full = |mut row: Vec<Value>| {
+            row.resize(columns.len(), Value::Null);
+            row
+        };
         Self {
             caption: caption.into(),
-            columns: columns.into(),
-            rows: rows.into_iter().collect(),
+            rows: rows.into_iter().map(full).collect(),
+            columns,
             compare: Compare::WithinColumn,
         }
     }
@@ -172,7 +123,6 @@ impl Table {
     /// Creates a table of a list of records. Each column has a title, the JSON pointer (RFC 6901) of its entries
     /// within a record, and a number of decimals.
     pub(crate) fn of_records(
-        caption: impl Into<String>,
         columns: &[(&str, &str, usize)],
         records: &impl Serialize,
     ) -> anyhow::Result<Self> {
@@ -180,58 +130,46 @@ impl Table {
         let row = |record: &Value| {
             let cells = columns.iter();
             cells
-                .map(|(_, path, _)| record.pointer(path).into())
+                .map(|(_, path, _)| record.pointer(path).cloned().unwrap_or_default())
                 .collect()
         };
         let titles = columns.iter();
         let titles = titles.map(|(title, _, decimals)| Column::plain(*title, *decimals));
         let rows = records.as_array().into_iter().flatten().map(row);
-        Ok(Self::new(caption, titles.collect::<Vec<_>>(), rows))
+        Ok(Self::new("", titles.collect::<Vec<_>>(), rows))
     }
 
     /// Iterates over the columns with the entries of a row.
-    pub(super) fn row(&self, row: usize) -> impl Iterator<Item = (&Column, &Cell)> {
-        let cells = self.rows.get(row).into_iter().flatten();
-        self.columns
-            .iter()
-            .zip(cells.chain(std::iter::repeat(&Cell::Missing)))
+    pub(super) fn row(&self, row: usize) -> impl Iterator<Item = (&Column, &Value)> {
+        self.columns.iter().zip(&self.rows[row])
     }
 
     /// Returns true if a column holds numbers and no text; it is then aligned to the right.
     pub(super) fn is_numeric(&self, index: usize) -> bool {
-        let cells = self.rows.iter().filter_map(|row| row.get(index));
-        cells.clone().any(|cell| matches!(cell, Cell::Number(_)))
-            && !cells.clone().any(|cell| matches!(cell, Cell::Text(_)))
+        let cells = self.rows.iter().map(|row| &row[index]);
+        cells.clone().any(|cell| cell.is_number()) && !cells.clone().any(|cell| cell.is_string())
     }
 
     /// Returns true if an entry equals the best of the compared numbers in its printed digits.
     pub(super) fn is_best(&self, row: usize, index: usize) -> bool {
-        let Some((column, Cell::Number(number))) = self.row(row).nth(index) else {
-            return false;
-        };
+        let column = &self.columns[index];
         let select_better = match column.highlight {
             Highlight::Lowest => f64::min,
             Highlight::Highest => f64::max,
             Highlight::None => return false,
         };
-        let compared: Vec<(&Column, &Cell)> = match self.compare {
-            Compare::WithinColumn => (0..self.rows.len())
-                .filter_map(|row| self.row(row).nth(index))
-                .collect(),
-            Compare::WithinRow => self
-                .row(row)
-                .filter(|(other, _)| other.highlight == column.highlight)
-                .collect(),
+        let compared: Vec<&Value> = match self.compare {
+            Compare::WithinColumn => self.rows.iter().map(|row| &row[index]).collect(),
+            Compare::WithinRow => {
+                let row = self.row(row);
+                let row = row.filter(|(other, _)| other.highlight == column.highlight);
+                row.map(|(_, cell)| cell).collect()
+            }
         };
-        let best = compared
-            .into_iter()
-            .filter_map(|(_, cell)| match cell {
-                Cell::Number(other) if other.is_finite() => Some(*other),
-                _ => None,
-            })
-            .reduce(select_better);
-        let printed = |number| column.format(&Cell::Number(number));
-        number.is_finite() && best.is_some_and(|best| printed(best) == printed(*number))
+        let numbers = compared.into_iter().filter_map(Value::as_f64);
+        let best = numbers.reduce(select_better);
+        let cell = &self.rows[row][index];
+        cell.is_number() && column.format(cell) == column.format(&best.into())
     }
 }
 
@@ -255,10 +193,10 @@ mod tests {
             compare: Compare::WithinRow,
             ..Table::new("", columns, rows)
         };
-        let best = |row| [1, 2, 3].map(|index| table.is_best(row, index));
-        assert_eq!(best(0), [false, true, false]);
-        assert_eq!(best(1), [true, false, false]);
-        assert_eq!(best(2), [false; 3]);
+        let best = |row| [1, 2].map(|index| table.is_best(row, index));
+        assert_eq!(best(0), [false, true]);
+        assert_eq!(best(1), [true, false]);
+        assert_eq!(best(2), [false; 2]);
         assert_eq!(table.to_markdown().lines().count(), 5);
         assert_eq!(table.to_csv().lines().last(), Some(",,"));
     }

@@ -4,6 +4,7 @@ pub(super) mod options;
 mod pictures;
 mod report;
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
@@ -14,13 +15,13 @@ use glimpse_fitting::measurement::{NamedRecipe, Report};
 use glimpse_materials::{FittedMaterial, Material};
 use options::{ReadingArgs, ViewingArgs};
 use pictures::pictures;
-use report::{FormatSummary, ReportEntry};
+use report::ReportEntry;
 
 use super::expected_loss::caution;
-use super::formats::{Files, written_errors};
+use super::formats;
 use super::lock::Lock;
-use super::output::{create_out_folder, refuse_input, write_files};
 use super::{LINEAR_ANY, emit};
+use crate::output::{create_out_folder, refuse_input, write_files};
 
 /// Fit a material to readings from a lab, as a device would.
 ///
@@ -140,11 +141,10 @@ impl Fit {
             let rows = self.readings.rows(input.path)?;
             let viewing = self.viewing.viewing(&rows)?;
             let fit = self.readings.fit(&given, rows, self.keep_all)?;
-            let formats = self.formats(&fit.material, &input.folder, seed)?;
+            let formats = self.formats(&fit.material, seed)?;
             fits.push((Report::new(&fit, viewing), fit, formats));
         }
 
-        create_out_folder(&self.out)?;
         let _lock = Lock::of_folder(&self.out)?;
         let mut entries = Vec::new();
         for (input, (report, fit, formats)) in inputs.iter().zip(fits) {
@@ -153,12 +153,17 @@ impl Fit {
             files.extend(pictures(&fit, &report, &input.folder)?);
             write_files(&files, self.force)?;
             for path in FILES.map(|name| input.folder.join(name)) {
-                if files.iter().all(|(written, _)| *written != path) {
-                    remove_earlier(&path)?;
+                // A file of an earlier run.
+                if path.exists() && files.iter().all(|(written, _)| *written != path) {
+                    fs::remove_file(&path)
+                        .with_context(|| format!("cannot remove {}", path.display()))?;
                 }
             }
-            let formats = formats.iter().map(|(files, encoded)| {
-                self.write_format(&input.folder, &fit.material, files, encoded)
+            let formats = formats.iter().map(|(format, encoded)| {
+                let folder = input.folder.join(FORMATS);
+                create_out_folder(&folder)?;
+                let paths = encoded.files.iter().map(|(name, _)| folder.join(name));
+                formats::write(*format, encoded, &fit.material, paths.collect(), self.force)
             });
             let readings = fit.selection.readings;
             entries.push(ReportEntry {
@@ -175,42 +180,22 @@ impl Fit {
         emit(self.json, &entries, || texts.join("\n"))
     }
 
-    /// Writes the files of a format. Returns their errors against the fit.
-    fn write_format(
-        &self,
-        folder: &Path,
-        material: &FittedMaterial,
-        files: &Files,
-        encoded: &Encoded,
-    ) -> anyhow::Result<FormatSummary> {
-        create_out_folder(&folder.join(FORMATS))?;
-        write_files(files, self.force)?;
-        Ok(FormatSummary {
-            errors: written_errors(encoded, material, files)?,
-            file: files.first().map(|(path, _)| path.display().to_string()),
-        })
-    }
-
-    /// Returns a material's files in the formats of --format, each once, and their errors.
+    /// Returns a material in the formats of --format, each once.
     fn formats(
         &self,
         material: &FittedMaterial,
-        folder: &Path,
         seed: u64,
-    ) -> anyhow::Result<Vec<(Files, Encoded)>> {
-        let folder = folder.join(FORMATS);
-        let is_first =
-            |(index, format): &(usize, &OutputFormat)| !self.format[..*index].contains(format);
-        let distinct = self.format.iter().enumerate().filter(is_first);
-        let files = distinct.map(|(_, format)| {
-            eprintln!("converting {} to {}", material.name(), format.name());
-            let as_fitted = self.as_fitted && format.is_table();
-            let mut encoded = encode(material, *format, material.name(), seed, as_fitted)?;
-            let files = std::mem::take(&mut encoded.files).into_iter();
-            let files = files.map(|(name, bytes)| (folder.join(name), bytes));
-            Ok((files.collect(), encoded))
-        });
-        files.collect()
+    ) -> anyhow::Result<Vec<(OutputFormat, Encoded)>> {
+        let mut formats: Vec<(OutputFormat, Encoded)> = Vec::new();
+        for &format in &self.format {
+            if formats.iter().all(|(other, _)| *other != format) {
+                eprintln!("converting {} to {}", material.name(), format.name());
+                let as_fitted = self.as_fitted && format.is_table();
+                let encoded = encode(material, format, material.name(), seed, as_fitted)?;
+                formats.push((format, encoded));
+            }
+        }
+        Ok(formats)
     }
 
     /// Returns the input files with their materials' names and output folders.
@@ -236,7 +221,7 @@ impl Fit {
     fn refuse_overwrite(&self, inputs: &[FitInput<'_>]) -> anyhow::Result<()> {
         let mut input_files = vec![&*self.recipe];
         input_files.extend(inputs.iter().map(|input| input.path));
-        input_files.extend(self.readings.white());
+        input_files.extend(self.readings.white.as_deref());
         for input in inputs {
             let formats = input.folder.join(FORMATS);
             // Other files in it would be mistaken for files of this material.
@@ -257,15 +242,5 @@ impl Fit {
             }
         }
         Ok(())
-    }
-}
-
-/// Removes a file of an earlier run, if there is one.
-fn remove_earlier(path: &Path) -> anyhow::Result<()> {
-    match std::fs::remove_file(path) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(error).with_context(|| format!("cannot remove {}", path.display()))
-        }
-        _ => Ok(()),
     }
 }

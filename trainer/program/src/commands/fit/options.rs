@@ -27,7 +27,7 @@ pub(crate) struct ReadingArgs {
     /// CSV file of counts on a white tile, if the readings are counts: at the same directions, or in a
     /// single row with --footprint
     #[arg(long, value_name = "FILE.csv")]
-    white: Option<PathBuf>,
+    pub(crate) white: Option<PathBuf>,
     /// With --white: count without light, one for all channels or one for each [default: 0]
     #[arg(long, value_name = "V[,V,V]", requires = "white", value_parser = channels)]
     dark: Option<[f32; 3]>,
@@ -66,11 +66,6 @@ impl ReadingArgs {
             || self.white.is_some()
             || self.accept_implausible
             || self.angles != AngleArgs::default()
-    }
-
-    /// Returns the path of --white.
-    pub(crate) fn white(&self) -> Option<&Path> {
-        self.white.as_deref()
     }
 
     /// Reads a file of readings.

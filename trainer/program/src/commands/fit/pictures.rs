@@ -7,7 +7,7 @@ use glimpse_evaluation::render::render_sphere;
 use glimpse_fitting::measurement::{Fit, MaterialFiles, Report, SpectrumReading, SpectrumReport};
 use glimpse_materials::{Material, angles_of};
 
-use crate::report::{Axis, Lobe, Plot, Scale, Series, lobe, lobe_directions, lobe_svg, luminance};
+use crate::report::{Axis, Lobe, Plot, Scale, Series, lobe_directions, lobe_svg, luminance};
 
 /// Polar angles of the light in the plot of lobes, degrees.
 const LOBE_THETA_I: [f32; 3] = [15.0, 45.0, 75.0];
@@ -36,12 +36,10 @@ fn lobes(fit: &Fit) -> String {
         let angles = directions.iter().map(angles_of).collect();
         let posterior = &fit.selection.posterior;
         let deviations = posterior.deviations(material.fitted(), angles);
+        let name = format!("{}, light at {degrees}\u{b0}", material.name());
         Lobe {
-            name: format!("{}, light at {degrees}\u{b0}", material.name()),
-            theta_i,
-            curve: lobe(material as &dyn Material, theta_i),
-            is_dashed: false,
             deviations: deviations.into_iter().map(luminance).collect(),
+            ..Lobe::new(name, material as &dyn Material, theta_i)
         }
     });
     lobe_svg(&lobes)

@@ -1,9 +1,9 @@
 //! The report on a fit for `--json` and the terminal.
 
-use glimpse_evaluation::conversion::WrittenErrors;
 use glimpse_fitting::measurement::{Report, SpectrumReport};
 use serde::Serialize;
 
+use super::super::formats::WrittenFormat;
 use crate::report::Table;
 
 /// The coefficient of variation of repeated readings above which one of them is probably wrong.
@@ -30,7 +30,7 @@ pub(super) struct ReportEntry<'a> {
     pub(super) name: &'a str,
     pub(super) folder: String,
     /// The files of --format.
-    pub(super) formats: Vec<FormatSummary>,
+    pub(super) formats: Vec<WrittenFormat>,
     #[serde(flatten)]
     pub(super) report: Report,
     /// The reason that the given recipe does not fit the readings.
@@ -39,14 +39,6 @@ pub(super) struct ReportEntry<'a> {
     /// A caution about the recipe's losses.
     #[serde(skip)]
     pub(super) caution: Option<String>,
-}
-
-/// The first file of a format, and its errors against the fit.
-#[derive(Serialize)]
-pub(super) struct FormatSummary {
-    pub(super) file: Option<String>,
-    #[serde(flatten)]
-    pub(super) errors: Option<WrittenErrors>,
 }
 
 impl ReportEntry<'_> {
@@ -133,7 +125,7 @@ impl ReportEntry<'_> {
         if readings.outliers.is_empty() {
             return Ok(text);
         }
-        let table = Table::of_records("", &OUTLIER_COLUMNS, &readings.outliers)?;
+        let table = Table::of_records(&OUTLIER_COLUMNS, &readings.outliers)?;
         Ok(format!("{text}\n{}", table.to_markdown()))
     }
 

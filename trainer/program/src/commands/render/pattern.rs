@@ -6,13 +6,13 @@ use crate::report::pattern_svg;
 use clap::Args;
 
 use super::super::geometry::GeometryArgs;
-use super::super::output::{file_type, refuse_input, write_file};
+use crate::output::{file_type, refuse_input, write_file};
 
 /// Plot a recipe's pattern: over theta_h and theta_d, and as directions of light and sensor.
 ///
 /// Example: trainer render pattern neural-n8.recipe --out pattern.svg
 #[derive(Args)]
-pub(super) struct Pattern {
+pub(crate) struct Pattern {
     /// Recipe file, or the name of a bundled recipe
     recipe: PathBuf,
     #[command(flatten)]

@@ -10,9 +10,9 @@ use glimpse_materials::Source;
 use serde_json::json;
 
 use super::super::numbers::number;
-use super::super::output::{check_out, file_as_json, file_type, refuse_source, write_file};
-use super::super::progress::StepProgress;
 use super::super::{emit, load};
+use crate::output::{check_out, file_as_json, file_type, refuse_source, write_file};
+use crate::progress::StepProgress;
 use crate::report::Table;
 
 /// Maximum width and height of a sphere, in pixels.
@@ -30,7 +30,7 @@ const MAX_PIXELS: usize = 1 << 26;
 ///          trainer render sphere gold-paint.binary --out gold.npy
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
-pub(super) struct Sphere {
+pub(crate) struct Sphere {
     /// Materials (see SOURCES in `trainer --help`)
     source: Source,
     /// Picture to write: *.png or *.npy
@@ -92,7 +92,7 @@ impl Sphere {
             ("column", "/column", 0),
             ("material", "/material", 0),
         ];
-        let table = Table::of_records("", &columns, &report["spheres"])?;
+        let table = Table::of_records(&columns, &report["spheres"])?;
         emit(self.json, &report, || table.to_markdown())
     }
 }

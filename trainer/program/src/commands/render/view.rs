@@ -7,7 +7,7 @@ use anyhow::{Context, ensure};
 use clap::{ArgGroup, Args};
 use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::Recipe;
-use glimpse_evaluation::evaluation::Degradation;
+use glimpse_evaluation::evaluation::{Degradation, TrainingMaterials};
 use glimpse_fitting::measurement::{
     AngleArgs, Multiple, NamedRecipe, ReadingQuantity, Readings, Rows, SampleReading, Selection,
 };
@@ -17,11 +17,11 @@ use glimpse_materials::basis::Basis;
 use glimpse_materials::{Material, Source};
 use glimpse_viewer::{RecipeScan, Reference, STYLE, View as Page};
 
-use super::super::export_basis::compact_basis;
+use super::super::export::compact_basis;
 use super::super::load_single;
-use super::super::numbers::share;
-use super::super::output::{check_out, file_type, refuse_input, refuse_source, write_file};
-use super::super::training_overlap::warn_of_overlap;
+use super::super::numbers::number;
+use super::super::training_overlap::warn;
+use crate::output::{check_out, file_type, refuse_input, refuse_source, write_file};
 use crate::report::{MAX_LOBES, document};
 
 /// Write an interactive HTML page that fits scans in a browser.
@@ -48,7 +48,7 @@ use crate::report::{MAX_LOBES, document};
     verbatim_doc_comment,
     group = ArgGroup::new("input").args(["material", "measurements"]).required(true)
 )]
-pub(super) struct View {
+pub(crate) struct View {
     /// Recipe files
     #[arg(required = true, value_name = "RECIPE")]
     recipes: Vec<PathBuf>,
@@ -63,7 +63,7 @@ pub(super) struct View {
     reference: Option<Source>,
     /// With --material: standard deviation of the readings' Gaussian noise, relative to each value,
     /// 0 to 1 [default: 0]
-    #[arg(long, value_name = "S", conflicts_with = "measurements", value_parser = share)]
+    #[arg(long, value_name = "S", conflicts_with = "measurements", value_parser = number(0.0..=1.0_f32))]
     noise: Option<f32>,
     /// Page to write
     #[arg(long, short, value_name = "FILE.html", default_value = "view.html")]
@@ -91,7 +91,10 @@ impl View {
                 (Some(file), _) => measured(given, file)?,
                 (None, Some(material)) => {
                     let recipe = given.file.recipe();
-                    warn_of_overlap(&recipe, &materials)?;
+                    warn(
+                        TrainingMaterials::from_recipe(&recipe)?.as_ref(),
+                        &materials,
+                    );
                     let readings = self.virtual_readings(&recipe, material, seed);
                     let context = || format!("virtual scan with {}", path.display());
                     (given.clone(), readings.with_context(context)?, None)
@@ -113,13 +116,10 @@ impl View {
                 "the page draws the reference from a table of loss {loss:.5}; losses of fits do not depend on it"
             );
         }
-        let title = match (material, self.measurements.first()) {
-            (Some(material), _) => material.name().to_owned(),
-            (None, Some(path)) => name_of(path),
-            (None, None) => String::new(),
-        };
+        let first = self.measurements.first();
+        let name = material.map(|material| material.name().to_owned());
         let page = Page {
-            title,
+            title: name.or(first.map(|path| name_of(path))).unwrap_or_default(),
             reference,
             scans,
         };

@@ -1,84 +1,96 @@
 //! Progress bars, and interruption of training with Ctrl-C after a checkpoint.
 
 use std::ops::ControlFlow;
-use std::sync::Mutex;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, Once};
 use std::time::{Duration, Instant};
 
+use anyhow::bail;
 use glimpse_fitting::recipe::options::TrainingOptions;
 use glimpse_materials::Material;
-use glimpse_training::outer::Checkpoints;
+use glimpse_materials::basis::Basis;
+use glimpse_training::checkpoint::Checkpoint;
+use glimpse_training::outer::{Checkpoints, Progress};
 use glimpse_training::run::{TrainError, TrainedRecipe, train};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::lock;
+use crate::output::write_file;
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Installs a handler of Ctrl-C: the first one stops training at the next step, the second one ends the program
+/// Installs a handler of Ctrl-C, once: the first one stops training at the next step, the second one ends the program
 /// with exit code 130.
-pub(super) fn catch_interrupts() -> anyhow::Result<()> {
-    static INSTALLED: AtomicBool = AtomicBool::new(false);
-    if !INSTALLED.swap(true, Ordering::Relaxed) {
-        ctrlc::set_handler(|| {
+pub(crate) fn catch_interrupts() {
+    static INSTALLED: Once = Once::new();
+    INSTALLED.call_once(|| {
+        // Without a handler, Ctrl-C ends the program at once, and the last checkpoint remains.
+        let _ = ctrlc::set_handler(|| {
             if INTERRUPTED.swap(true, Ordering::Relaxed) {
-                lock::remove_all();
                 std::process::exit(130);
             }
-        })?;
-    }
-    Ok(())
+        });
+    });
 }
 
 /// Returns true after the first Ctrl-C.
-pub(super) fn interrupted() -> bool {
+pub(crate) fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// Trains with a progress bar of loss and remaining time.
-pub(crate) fn train_with_progress(
+/// Returns the folder of the checkpoint of a recipe's training.
+pub(crate) fn checkpoint_of(out: &Path) -> PathBuf {
+    let mut path = out.as_os_str().to_owned();
+    path.push(".checkpoint");
+    path.into()
+}
+
+/// Trains a recipe on materials called `data` with a progress bar of loss and remaining time, writes it, and removes its
+/// checkpoint. Replaces existing files. `resume` continues from a checkpoint.
+pub(crate) fn train_to_file(
     options: &TrainingOptions,
-    data: &str,
     materials: Vec<Box<dyn Material>>,
-    checkpoints: &Checkpoints,
+    resume: bool,
+    data: &str,
+    out: &Path,
 ) -> anyhow::Result<TrainedRecipe> {
-    catch_interrupts()?;
+    catch_interrupts();
+    let checkpoints = Checkpoints {
+        directory: checkpoint_of(out),
+        resume,
+    };
     let steps = StepProgress::new("training", 0);
+    let mut on_progress = |progress: &Progress| {
+        steps.show(progress);
+        if interrupted() {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    };
     let outcome = train(
         options,
         data,
         materials,
-        Some(checkpoints),
-        &mut |progress| {
-            let mut message = progress.phase.to_owned();
-            if progress.samples > 0 {
-                message += &format!(", n = {}", progress.samples);
-            }
-            if progress.loss.is_finite() {
-                message += &format!(": loss {:.4}", progress.loss);
-            }
-            if let Some(best) = progress.best {
-                message += &format!(", best {best:.4}");
-            }
-            steps.bar.set_length(progress.total as u64);
-            steps.bar.set_position(progress.done as u64);
-            steps.bar.set_message(message);
-            steps.report();
-            match interrupted() {
-                true => ControlFlow::Break(()),
-                false => ControlFlow::Continue(()),
-            }
-        },
+        Some(&checkpoints),
+        &mut on_progress,
     );
     drop(steps);
-    match outcome {
-        Err(TrainError::Stopped(done)) => Err(anyhow::anyhow!(
+    let trained = match outcome {
+        Err(TrainError::Stopped(done)) => bail!(
             "stopped after {done} outer steps, which are saved in {}: repeat the command with --resume to \
              continue",
             checkpoints.directory.display()
-        )),
-        outcome => Ok(outcome?),
+        ),
+        outcome => outcome?,
+    };
+    if let Some(basis) = &trained.basis {
+        // The basis is written first, because the recipe is useless without it.
+        write_file(&Basis::path_for(out), basis, true)?;
     }
+    write_file(out, trained.file.bytes(), true)?;
+    Checkpoint::remove(&checkpoints.directory);
+    Ok(trained)
 }
 
 /// Progress of steps, counted from any thread: a bar on a terminal, or else a line every 10 s.
@@ -111,6 +123,24 @@ impl StepProgress {
     /// Counts one completed step.
     pub(crate) fn increment(&self) {
         self.bar.inc(1);
+        self.report();
+    }
+
+    /// Shows the progress of a training.
+    fn show(&self, progress: &Progress) {
+        let mut message = progress.phase.to_owned();
+        if progress.samples > 0 {
+            message += &format!(", n = {}", progress.samples);
+        }
+        if progress.loss.is_finite() {
+            message += &format!(": loss {:.4}", progress.loss);
+        }
+        if let Some(best) = progress.best {
+            message += &format!(", best {best:.4}");
+        }
+        self.bar.set_length(progress.total as u64);
+        self.bar.set_position(progress.done as u64);
+        self.bar.set_message(message);
         self.report();
     }
 
