@@ -5,9 +5,10 @@ use glimpse_fitting::choice::Choice;
 use crate::error::{Result, reject};
 
 /// Returns the choice with a name, as on the command line. For an unknown name, the error names `argument` and all choices.
-pub(crate) fn choose<T: Choice>(argument: &str, name: &str) -> Result<T> {
+pub(crate) fn choose<T: Choice>(argument: &str, name: Option<&str>) -> Result<Option<T>> {
+    let Some(name) = name else { return Ok(None) };
     if let Ok(choice) = T::from_str(name, false) {
-        return Ok(choice);
+        return Ok(Some(choice));
     }
     let names: Vec<String> = T::value_variants().iter().map(T::name).collect();
     reject(format!(

@@ -33,10 +33,9 @@ pub(crate) fn compare<'py>(
     materials: &Bound<'py, PyAny>,
 ) -> Result<Bound<'py, PyAny>> {
     let reference: Arc<dyn Material> = reference.get().complete()?;
-    let materials = MaterialArgs::parse(materials)?;
-    let sources = materials.sources(&[])?;
+    let materials = MaterialArgs::parse(materials, &[])?;
     let compared = run_detached(py, || {
-        let (materials, _) = materials.load(&sources)?;
+        let (materials, _) = materials.load()?;
         let rows = materials.par_iter().map(|material| {
             let metrics = compare_brdf(&**material, &*reference)?;
             let name = material.name().to_owned();

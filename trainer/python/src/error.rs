@@ -5,9 +5,7 @@ use std::ffi::CString;
 use std::io;
 
 use glimpse_materials::SourceError;
-use pyo3::exceptions::{
-    PyFileNotFoundError, PyPermissionError, PyRuntimeError, PyUserWarning, PyValueError,
-};
+use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 
 pyo3::create_exception!(
@@ -47,19 +45,19 @@ impl From<Failure> for PyErr {
 /// Converts a library error to an exception: `FileNotFoundError` for a missing file, `PermissionError` for a file
 /// that cannot be opened, and `GlimpseError` otherwise.
 fn to_exception(error: &(dyn Error + 'static)) -> PyErr {
-    let text = error.to_string();
-    if matches!(error.downcast_ref(), Some(SourceError::NotFound(_))) {
-        return PyFileNotFoundError::new_err(text);
-    }
     let (mut cause, mut kind) = (Some(error), None);
+    if matches!(error.downcast_ref(), Some(SourceError::NotFound(_))) {
+        kind = Some(io::ErrorKind::NotFound);
+    }
     while let Some(error) = cause {
         kind = kind.or_else(|| Some(error.downcast_ref::<io::Error>()?.kind()));
         cause = error.source();
     }
     match kind {
-        Some(io::ErrorKind::NotFound) => PyFileNotFoundError::new_err(text),
-        Some(io::ErrorKind::PermissionDenied) => PyPermissionError::new_err(text),
-        _ => GlimpseError::new_err(text),
+        Some(kind @ (io::ErrorKind::NotFound | io::ErrorKind::PermissionDenied)) => {
+            io::Error::new(kind, error.to_string()).into()
+        }
+        _ => GlimpseError::new_err(error.to_string()),
     }
 }
 
@@ -69,17 +67,15 @@ pub(crate) fn warn(py: Python<'_>, text: String) -> Result<()> {
     Ok(PyErr::warn(py, &category, &text, 1)?)
 }
 
-/// Rejects the first option that is set, if `unused` is true. `reason` is part of the message.
-pub(crate) fn reject_unused(unused: bool, reason: &str, options: &[(&str, bool)]) -> Result<()> {
-    match options.iter().find(|(_, is_set)| unused && *is_set) {
-        Some((name, _)) => reject(format!("{name} has no effect: {reason}")),
-        None => Ok(()),
-    }
-}
-
 /// Returns a `GlimpseError` with this message.
 pub(crate) fn reject<T>(message: impl Into<String>) -> Result<T> {
     Err(Failure(GlimpseError::new_err(message.into())))
+}
+
+/// Returns a `TypeError` for a keyword argument that a function does not have.
+pub(crate) fn unexpected<T>(function: &str, argument: &str) -> Result<T> {
+    let message = format!("{function}() got an unexpected keyword argument '{argument}'");
+    Err(Failure(PyTypeError::new_err(message)))
 }
 
 /// Converts a panic to an exception, so that it does not abort the interpreter. A panic is a bug in this module.

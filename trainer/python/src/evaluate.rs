@@ -1,10 +1,8 @@
 //! Evaluation of a recipe on materials.
 
-use std::sync::atomic::Ordering;
+use std::sync::atomic::AtomicBool;
 
-use glimpse_evaluation::evaluation::{
-    Degradation, EvaluationError, Evaluator, Method, TrainingMaterials,
-};
+use glimpse_evaluation::evaluation::{Degradation, Evaluator, Method, TrainingMaterials};
 use pyo3::prelude::*;
 
 use crate::arrays::to_python;
@@ -62,28 +60,15 @@ pub(crate) fn evaluate<'py>(
     let trained_on = TrainingMaterials::from_recipe(&parsed)?;
     let mut method = Method::with_recipe(&parsed, recipe.0.basis.as_deref())?;
     method.degradation = degradation;
-    let materials = MaterialArgs::parse(materials)?;
-    let sources = materials.sources(&[])?;
-    let result = run_interruptible(
-        py,
-        |_| Ok(()),
-        |stop| {
-            let (materials, _) = materials.load(&sources)?;
-            if stop.load(Ordering::Relaxed) {
-                return Err(EvaluationError::Stopped.into());
-            }
-            let report = Evaluator::new(&materials).evaluate_with_progress(
-                &method,
-                seed,
-                seeds,
-                &|| {},
-                stop,
-            )?;
-            Result::Ok(match &trained_on {
-                Some(trained_on) => report.with_overlaps(trained_on, &materials),
-                None => report,
-            })
-        },
-    )?;
-    to_python(py, result?)
+    let materials = MaterialArgs::parse(materials, &[])?;
+    let report = |stop: &AtomicBool| {
+        let (materials, _) = materials.load()?;
+        let evaluator = Evaluator::new(&materials);
+        let report = evaluator.evaluate_with_progress(&method, seed, seeds, &|| {}, stop)?;
+        Result::Ok(match &trained_on {
+            Some(trained_on) => report.with_overlaps(trained_on, &materials),
+            None => report,
+        })
+    };
+    to_python(py, run_interruptible(py, |_| Ok(()), report)??)
 }

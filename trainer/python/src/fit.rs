@@ -19,7 +19,8 @@ use crate::material::{Origin, PyMaterial};
 /// A material that `Recipe.fit` fitted to readings, with diagnostics of the fit.
 #[pyclass(extends = PyMaterial, frozen, name = "FittedMaterial", module = "glimpse_brdf")]
 pub(crate) struct PyFittedMaterial {
-    fit: Fit,
+    /// The fit, with its readings and the posterior.
+    pub(crate) fit: Fit,
     keep_all: bool,
     /// The Recipe of the call.
     recipe: Py<PyAny>,
@@ -41,7 +42,6 @@ impl PyFittedMaterial {
         let fit = run_detached(recipe.py(), fit)??;
         let base = PyMaterial {
             material: Arc::new(fit.material.clone()),
-            in_batches: true,
             origin: Origin::Readings,
         };
         let fitted = Self {
@@ -57,9 +57,8 @@ impl PyFittedMaterial {
         &self.fit.material
     }
 
-    /// The fit, with its readings and the posterior.
-    pub(crate) fn fit(&self) -> &Fit {
-        &self.fit
+    fn to_report(&self) -> Report {
+        Report::new(&self.fit, Viewing::default())
     }
 
     /// Returns the fit, or raises `ImplausibleError` if its readings are implausible.
@@ -94,7 +93,7 @@ impl PyFittedMaterial {
     /// unknown. `readings` has the `outliers`, readings that are improbable given the others, worst first.
     #[getter]
     fn report<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
-        to_python(py, Report::new(&self.fit, Viewing::default()))
+        to_python(py, self.to_report())
     }
 
     /// The directions of the fitted readings: unit vectors, incoming and outgoing, float64 of shape (n, 2, 3).
@@ -168,9 +167,8 @@ impl PyFittedMaterial {
                 "as_fitted has no effect on material.json, which holds parameters: omit it",
             );
         }
-        let fit = &slf.get().fit;
-        let files = fit.files(&path, &Report::new(fit, Viewing::default()))?;
-        write(&files, overwrite)
+        let fitted = slf.get();
+        write(&fitted.fit.files(&path, &fitted.to_report())?, overwrite)
     }
 
     /// Supports pickle, which stores the recipe and the readings. Unpickling repeats the fit.
@@ -184,7 +182,7 @@ impl PyFittedMaterial {
     }
 
     fn __repr__(&self) -> String {
-        let used = Report::new(&self.fit, Viewing::default()).readings.used;
+        let used = self.to_report().readings.used;
         format!(
             "<glimpse_brdf.FittedMaterial of the model {} from {used} readings>",
             self.model()

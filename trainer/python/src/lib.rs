@@ -49,7 +49,7 @@ mod _glimpse_brdf {
     #[pymodule_export]
     use crate::recipe::PyRecipe;
     #[pymodule_export]
-    use crate::train::{PyProgress, train};
+    use crate::train::train;
 
     use super::*;
 

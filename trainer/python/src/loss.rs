@@ -1,21 +1,15 @@
 //! The loss between two BRDFs, at the trainer's directions.
 
-use std::sync::Arc;
-
 use glimpse_core::geometry::HalfDifference;
-use glimpse_materials::Material;
 use glimpse_materials::loss::mean_log_error_of_values;
 use glimpse_materials::loss::{directions as loss_angles, loss_directions};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use crate::arrays::{Array, rows};
+use crate::arrays::{Array, colors};
 use crate::error::{Result, reject};
 use crate::interruptible::run_detached;
-use crate::material::PyMaterial;
-
-/// Directions that a thread evaluates at a time.
-const BATCH: usize = 1024;
+use crate::material::{BATCH, PyMaterial};
 
 /// Returns the 40,503 directions at which every loss is computed: unit vectors, incoming and outgoing, float64 of
 /// shape (40503, 2, 3).
@@ -39,52 +33,36 @@ pub(crate) fn loss(
     fitted: &Bound<'_, PyAny>,
 ) -> Result<f64> {
     let directions = loss_directions();
-    let reference = Brdf::parse(reference, "reference", directions.len())?;
-    let fitted = Brdf::parse(fitted, "fitted", directions.len())?;
+    let reference = values(py, reference, "reference", &directions)?;
+    let fitted = values(py, fitted, "fitted", &directions)?;
     run_detached(py, || {
-        let [reference, fitted] = [reference, fitted].map(|brdf| brdf.evaluate(&directions));
         mean_log_error_of_values(&fitted, &directions, &reference)
     })
 }
 
-/// An argument of `loss`.
-enum Brdf {
-    Material(Arc<dyn Material>),
-    /// Values at the directions of the loss.
-    Array(Vec<[f32; 3]>),
-}
-
-impl Brdf {
-    fn parse(argument: &Bound<'_, PyAny>, name: &str, count: usize) -> Result<Self> {
-        if let Ok(material) = argument.cast::<PyMaterial>() {
-            return Ok(Self::Material(material.get().complete()?));
-        }
-        let values = rows(argument, name)?;
-        if values.len() != count {
+/// Returns the values of a material at directions, or those of an array.
+fn values(
+    py: Python<'_>,
+    argument: &Bound<'_, PyAny>,
+    name: &str,
+    directions: &[HalfDifference<f32>],
+) -> Result<Vec<[f32; 3]>> {
+    if let Ok(material) = argument.cast::<PyMaterial>() {
+        let material = material.get().complete()?;
+        let batches = directions.par_chunks(BATCH);
+        return run_detached(py, || {
+            let values = batches.flat_map_iter(|directions| material.values_at(directions));
+            values.collect()
+        });
+    }
+    let values = colors(argument, name, Some(directions.len()))?;
+    for (row, rgb) in values.iter().enumerate() {
+        let is_invalid = |value: &&f32| !(value.is_finite() && **value >= 0.0);
+        if let Some(value) = rgb.iter().find(is_invalid) {
             return reject(format!(
-                "{name} must be the BRDF at directions(), an array of shape ({count}, 3), not ({}, 3)",
-                values.len()
+                "{name}: row {row} holds {value}; a BRDF must be finite and nonnegative: correct the value"
             ));
         }
-        for (row, rgb) in values.iter().enumerate() {
-            let is_invalid = |value: &&f64| !(value.is_finite() && **value >= 0.0);
-            if let Some(value) = rgb.iter().find(is_invalid) {
-                return reject(format!(
-                    "{name}: row {row} holds {value}; a BRDF must be finite and nonnegative: correct the value"
-                ));
-            }
-        }
-        let values = values.into_iter().map(|rgb| rgb.map(|value| value as f32));
-        Ok(Self::Array(values.collect()))
     }
-
-    fn evaluate(self, directions: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
-        let material = match self {
-            Self::Array(values) => return values,
-            Self::Material(material) => material,
-        };
-        let batches = directions.par_chunks(BATCH);
-        let values = batches.flat_map_iter(|directions| material.values_at(directions));
-        values.collect()
-    }
+    Ok(values)
 }

@@ -6,20 +6,19 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::NeuralParameters;
 use glimpse_evaluation::conversion::{OutputFormat, encode, file_name, output_paths};
 use glimpse_evaluation::render::render_sphere;
 use glimpse_fitting::measurement::angles_from_vectors;
 use glimpse_materials::{
-    self, Bands, Brdf, BrdfWithDerivative, Coverage, Format, Material, MerlTable, PhysicalErrors,
-    Source, digest, directional_albedo, table_nodes,
+    self, Brdf, BrdfWithDerivative, Coverage, Format, Material, MerlTable, PhysicalErrors, Source,
+    digest, directional_albedo, table_nodes,
 };
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use crate::arrays::{Array, Pairs, directions_of, numbers, rows};
+use crate::arrays::{Array, Pairs, colors, directions_of, numbers};
 use crate::choices::choose;
 use crate::error::{Result, reject, warn};
 use crate::files::write;
@@ -28,7 +27,7 @@ use crate::interruptible::run_detached;
 /// Directions in one call of a Python function.
 const CHUNK: usize = 1 << 16;
 /// Directions that a thread evaluates at a time.
-const BATCH: usize = 1024;
+pub(crate) const BATCH: usize = 1024;
 
 /// A material: a BRDF that can be evaluated at any directions.
 ///
@@ -39,8 +38,6 @@ const BATCH: usize = 1024;
 #[pyclass(subclass, frozen, name = "Material", module = "glimpse_brdf")]
 pub(crate) struct PyMaterial {
     pub(crate) material: Arc<dyn Material>,
-    /// True if batched evaluation is faster and gives the same values.
-    pub(crate) in_batches: bool,
     pub(crate) origin: Origin,
 }
 
@@ -69,7 +66,6 @@ impl PyMaterial {
         let materials = materials.into_iter().enumerate();
         let materials = materials.map(|(index, material)| Self {
             material: material.into(),
-            in_batches: false,
             origin: Origin::Source(origin(index)),
         });
         Ok(materials.collect())
@@ -92,22 +88,21 @@ impl PyMaterial {
             let angles = pairs
                 .iter()
                 .map(|[incoming, outgoing]| angles_from_vectors(*incoming, *outgoing));
-            let above: Vec<(usize, Angles<f32>)> = angles
+            let (above, angles): (Vec<usize>, Vec<Angles<f32>>) = angles
                 .enumerate()
                 .filter_map(|(index, angles)| Some((index, angles?)))
-                .collect();
-            if !self.in_batches {
-                for (index, angles) in above {
-                    values[index] = self.material.at_angles(angles);
-                }
-                return;
-            }
-            let directions: Vec<_> = above
-                .iter()
-                .map(|(_, angles)| HalfDifference::from_angles(*angles))
-                .collect();
-            let brdf = self.material.values_at(&directions);
-            for ((index, _), brdf) in above.into_iter().zip(brdf) {
+                .unzip();
+            // Batches of a fit are faster and have the same values.
+            let brdf = if matches!(self.origin, Origin::Readings) {
+                let directions = angles.into_iter().map(HalfDifference::from_angles);
+                self.material.values_at(&directions.collect::<Vec<_>>())
+            } else {
+                let brdf = angles
+                    .into_iter()
+                    .map(|angles| self.material.at_angles(angles));
+                brdf.collect()
+            };
+            for (index, brdf) in above.into_iter().zip(brdf) {
                 values[index] = brdf;
             }
         });
@@ -136,15 +131,7 @@ impl PyMaterial {
             let incoming = Array::rows(pairs.iter().map(|[incoming, _]| *incoming));
             let outgoing = Array::rows(pairs.iter().map(|[_, outgoing]| *outgoing));
             let values = function.call1((incoming, outgoing))?;
-            let values = rows(&values, "the function's result")?;
-            if values.len() != nodes.len() {
-                return reject(format!(
-                    "the function's result must have the shape ({}, 3), not ({}, 3)",
-                    nodes.len(),
-                    values.len()
-                ));
-            }
-            brdf.extend(values.into_iter().map(to_f32));
+            brdf.extend(colors(&values, "the function's result", Some(nodes.len()))?);
             py.check_signals()?;
         }
         material_of_nodes(py, name, brdf)
@@ -155,8 +142,7 @@ impl PyMaterial {
     #[staticmethod]
     #[pyo3(signature = (brdf, name))]
     fn from_table(py: Python<'_>, brdf: &Bound<'_, PyAny>, name: String) -> Result<Self> {
-        let brdf = rows(brdf, "brdf")?.into_iter().map(to_f32).collect();
-        material_of_nodes(py, name, brdf)
+        material_of_nodes(py, name, colors(brdf, "brdf", None)?)
     }
 
     /// The name of the material. For a file, it is the stem of the file name.
@@ -204,8 +190,7 @@ impl PyMaterial {
         overwrite: bool,
         as_fitted: bool,
     ) -> Result<()> {
-        let format = format.map(|name| choose("format", name)).transpose()?;
-        let format = OutputFormat::choose(format, &path)?;
+        let format = OutputFormat::choose(choose("format", format)?, &path)?;
         let material = self.complete()?;
         let paths = output_paths(format, &path)?;
         let name = match format {
@@ -357,13 +342,8 @@ fn material_of_nodes(py: Python<'_>, name: String, brdf: Vec<[f32; 3]>) -> Resul
     let table = Arc::new(table);
     Ok(PyMaterial {
         material: table.clone(),
-        in_batches: false,
         origin: Origin::Table(table),
     })
-}
-
-fn to_f32(rgb: [f64; 3]) -> [f32; 3] {
-    rgb.map(|value| value as f32)
 }
 
 /// Warns if a material was not measured at all directions.
@@ -375,7 +355,8 @@ pub(crate) fn warn_of_coverage(py: Python<'_>, material: &dyn Material) -> Resul
     warn(py, format!("{}: {coverage}", material.name()))
 }
 
-/// A material that is shared with Python.
+/// A material that is shared with Python, for trainings and evaluations: they read neither network nor spectrum, and its BRDF
+/// is known everywhere.
 pub(crate) struct Shared(pub(crate) Arc<dyn Material>);
 
 impl Brdf for Shared {
@@ -395,16 +376,7 @@ impl Material for Shared {
     fn with_derivatives(&self, angles: &[Angles<f32>]) -> Vec<BrdfWithDerivative> {
         self.0.with_derivatives(angles)
     }
-    fn coverage(&self) -> Coverage {
-        self.0.coverage()
-    }
     fn is_reciprocal(&self) -> bool {
         self.0.is_reciprocal()
-    }
-    fn network(&self) -> Option<NeuralParameters<f32>> {
-        self.0.network()
-    }
-    fn spectrum(&self) -> Option<&Bands> {
-        self.0.spectrum()
     }
 }

@@ -1,30 +1,14 @@
 //! Plans of scans: the order in which a machine's arms visit a recipe's samples.
 
 use glimpse_fitting::choice::Choice;
-use glimpse_fitting::recipe::RecipeFile;
-use glimpse_fitting::route::{PlanArgs, Route, blank_sheet};
+use glimpse_fitting::route::{Route, blank_sheet};
 use pyo3::prelude::*;
 
 use crate::arrays::Array;
-use crate::error::Result;
-use crate::interruptible::run_detached;
 
 /// A planned scan: the positions and times of all visits to samples.
 #[pyclass(frozen, name = "Plan", module = "glimpse_brdf")]
-pub(crate) struct PyPlan(Route);
-
-impl PyPlan {
-    pub(crate) fn new(
-        py: Python<'_>,
-        file: &RecipeFile,
-        request: &PlanArgs,
-        seed: u64,
-    ) -> Result<Self> {
-        let stated = file.metadata().machine();
-        let (_, route) = run_detached(py, || request.plan(&file.recipe(), &stated, seed))??;
-        Ok(Self(route))
-    }
-}
+pub(crate) struct PyPlan(pub(crate) Route);
 
 #[pymethods]
 impl PyPlan {

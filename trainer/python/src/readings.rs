@@ -1,33 +1,23 @@
 //! Readings in arrays, interpreted like the trainer's measurement files.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
+use glimpse_fitting::choice::Choice;
 use glimpse_fitting::measurement::{
     AngleArgs, CountCalibration, LabReading, LargerSpot, NamedRecipe, ReadingQuantity, Readings,
     Rows, rusinkiewicz,
 };
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
-use crate::arrays::{Pairs, numbers, shape_text};
+use crate::arrays::{Pairs, numbers, rows};
 use crate::choices::choose;
-use crate::error::{Result, reject, reject_unused};
+use crate::error::{Result, reject, unexpected};
 
-/// Arguments that describe readings.
-#[derive(Default)]
-pub(crate) struct ReadingArgs<'a, 'py> {
-    pub(crate) quantity: Option<&'a str>,
-    pub(crate) saturated: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) noise: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) wavelengths: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) white: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) white_directions: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) footprint: Option<&'a str>,
-    pub(crate) dark: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) white_reflectance: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) saturation: Option<f32>,
-}
+/// The keyword arguments of `Recipe.fit` that describe readings. Each is taken once; those that remain have no effect.
+pub(crate) struct ReadingArgs<'py>(pub(crate) Bound<'py, PyDict>);
 
-impl<'py> ReadingArgs<'_, 'py> {
+impl<'py> ReadingArgs<'py> {
     /// Takes the readings of a recipe's samples: those of an array at `directions`, or of a file.
     pub(crate) fn readings(
         &self,
@@ -37,32 +27,78 @@ impl<'py> ReadingArgs<'_, 'py> {
     ) -> Result<Readings> {
         let path = readings.extract::<PathBuf>().ok();
         let rows = match &path {
-            Some(path) => self.read(path, directions.is_some())?,
+            Some(_) if directions.is_some() => {
+                return reject("directions has no effect: the file of readings states them");
+            }
+            Some(path) => Rows::read(path, &AngleArgs::default())?,
             None => self.rows(given, readings, directions)?,
         };
-        let quantity = match self.white {
+        let quantity = match self.take("white")? {
             None => self.multiple(&rows)?,
             Some(white) => {
                 let count = path.is_none().then(|| readings.len()).transpose()?;
-                self.counts(self.white_rows(white, count, directions)?)?
+                self.counts(&white, count, directions)?
             }
         };
+        self.finish()?;
         Ok(Readings::new(given, rows, quantity)?)
     }
 
-    /// Reads a file of readings.
-    fn read(&self, path: &Path, has_directions: bool) -> Result<Rows> {
-        reject_unused(
-            true,
-            "the file of readings states it",
-            &[
-                ("directions", has_directions),
-                ("wavelengths", self.wavelengths.is_some()),
-                ("saturated", self.saturated.is_some()),
-                ("noise", self.noise.is_some()),
-            ],
-        )?;
-        Ok(Rows::read(path, &AngleArgs::default())?)
+    /// Takes an argument, or None.
+    fn take(&self, name: &str) -> Result<Option<Bound<'py, PyAny>>> {
+        let value = self.0.call_method1("pop", (name, self.0.py().None()))?;
+        Ok(Some(value).filter(|value| !value.is_none()))
+    }
+
+    /// Takes an array, or nothing. `meaning` describes valid numbers.
+    fn take_numbers(
+        &self,
+        name: &str,
+        shape: &[usize],
+        meaning: &str,
+        is_valid: fn(f32) -> bool,
+    ) -> Result<Vec<f32>> {
+        let Some(argument) = self.take(name)? else {
+            return Ok(Vec::new());
+        };
+        let array = numbers(&argument, name)?;
+        let values: Vec<f32> = array.iter().map(|value| *value as f32).collect();
+        if array.shape() != shape || !values.iter().copied().all(is_valid) {
+            return reject(format!("{name} must be {meaning}"));
+        }
+        Ok(values)
+    }
+
+    /// Takes one number for all channels, or one for each.
+    fn take_channels(&self, name: &str) -> Result<Option<[f32; 3]>> {
+        let argument = self.take(name)?;
+        argument
+            .map(|argument| channels(&argument, name))
+            .transpose()
+    }
+
+    /// Takes the name of a choice.
+    fn take_choice<T: Choice>(&self, name: &str) -> Result<Option<T>> {
+        let value = self.take(name)?.map(|value| value.extract::<String>());
+        choose(name, value.transpose()?.as_deref())
+    }
+
+    /// Refuses arguments that were not taken.
+    fn finish(&self) -> Result<()> {
+        for (name, value) in &self.0 {
+            let name: String = name.extract()?;
+            let reason = match &*name {
+                _ if value.is_none() => continue,
+                "saturated" | "noise" | "wavelengths" => "the file of readings states it",
+                "quantity" => "the readings are counts with white",
+                "white_directions" | "footprint" | "dark" | "saturation" => {
+                    "it requires white, the counts of a white reference"
+                }
+                _ => return unexpected("fit", &name),
+            };
+            return reject(format!("{name} has no effect: {reason}"));
+        }
+        Ok(())
     }
 
     /// Takes the readings of an array.
@@ -72,193 +108,141 @@ impl<'py> ReadingArgs<'_, 'py> {
         argument: &Bound<'py, PyAny>,
         directions: Option<&Bound<'py, PyAny>>,
     ) -> Result<Rows> {
-        let wavelengths = self.wavelengths.map(|nm| numbers(nm, "wavelengths"));
-        let wavelengths = wavelengths.transpose()?.unwrap_or_default();
-        let wavelengths: Vec<f32> = wavelengths.iter().map(|nm| *nm as f32).collect();
+        let wavelengths = match self.take("wavelengths")? {
+            Some(nm) => numbers(&nm, "wavelengths")?.into_iter().collect(),
+            None => Vec::new(),
+        };
+        let wavelengths: Vec<f32> = wavelengths.into_iter().map(|nm| nm as f32).collect();
         if !wavelengths.is_sorted_by(|one, other| one < other) {
             return reject("wavelengths must be in nm, in ascending order");
+        }
+        if directions.is_none() && given.is_any() {
+            return reject("pass directions, because the recipe has none");
         }
         let channels = if wavelengths.is_empty() {
             3
         } else {
             wavelengths.len()
         };
-        let mut readings = values(argument, "readings", channels)?;
-        let (count, samples) = (readings.len(), given.file.recipe().samples());
-        if directions.is_none() && given.is_any() {
-            return reject("pass directions, because the recipe has none");
+        let count = directions.is_none().then(|| given.file.recipe().samples());
+        let hint = ", one row for each of the recipe's samples and NaN for a missing one, or pass directions";
+        let hint = if directions.is_none() { hint } else { "" };
+        let mut readings = lab_readings(argument, "readings", (count, channels), hint, directions)?;
+        let count = readings.len();
+        let meaning = format!("{count} booleans, one for each of the readings");
+        let is_valid = |flag| [0.0, 1.0].contains(&flag);
+        let saturated = self.take_numbers("saturated", &[count], &meaning, is_valid)?;
+        for (reading, flag) in readings.iter_mut().zip(saturated) {
+            reading.saturated = flag == 1.0;
         }
-        if directions.is_none() && count != samples {
-            return reject(format!(
-                "readings must have the shape ({samples}, {channels}), one row for each of the recipe's samples and NaN \
-                 for a missing one, not ({count}, {channels}); or pass directions"
-            ));
-        }
-        place(&mut readings, directions)?;
-        if let Some(flags) = self.saturated {
-            let flags = numbers(flags, "saturated")?;
-            if flags.shape() != [count] || flags.iter().any(|flag| ![0.0, 1.0].contains(flag)) {
-                return reject(format!(
-                    "saturated must be {count} booleans, one for each of the readings"
-                ));
-            }
-            for (reading, flag) in readings.iter_mut().zip(&flags) {
-                reading.saturated = *flag == 1.0;
-            }
-        }
-        if let Some(noise) = self.noise {
-            let noise = numbers(noise, "noise")?;
-            if noise.shape() != [count] || !noise.iter().all(|level| (0.0..=10.0).contains(level)) {
-                return reject(format!(
-                    "noise must be {count} standard deviations relative to the readings, each 0 to 10"
-                ));
-            }
-            for (reading, level) in readings.iter_mut().zip(&noise) {
-                reading.noise = Some(*level as f32);
-            }
+        let meaning = format!("{count} standard deviations relative to the readings, each 0 to 10");
+        let is_valid = |level| (0.0..=10.0).contains(&level);
+        let noise = self.take_numbers("noise", &[count], &meaning, is_valid)?;
+        for (reading, level) in readings.iter_mut().zip(noise) {
+            reading.noise = Some(level);
         }
         Ok(Rows::from_array("readings", wavelengths, readings))
     }
 
     /// Returns the quantity of readings that are not counts.
     fn multiple(&self, rows: &Rows) -> Result<ReadingQuantity> {
-        reject_unused(
-            true,
-            "it requires white, the counts of a white reference",
-            &[
-                ("white_directions", self.white_directions.is_some()),
-                ("footprint", self.footprint.is_some()),
-                ("dark", self.dark.is_some()),
-                ("saturation", self.saturation.is_some()),
-            ],
-        )?;
-        let name = self.quantity;
-        let multiple = name.map(|name| choose("quantity", name));
-        let reflectance = optional(self.white_reflectance, "white_reflectance")?;
-        let quantity = ReadingQuantity::of_values(multiple.transpose()?, reflectance, rows);
-        quantity.map_or_else(
+        let multiple = self.take_choice("quantity")?;
+        let reflectance = self.take_channels("white_reflectance")?;
+        ReadingQuantity::of_values(multiple, reflectance, rows).map_or_else(
             || reject("white_reflectance requires white, or it is one number, and quantity is a reflectance factor"),
             Ok,
         )
     }
 
-    /// Returns the quantity of counts, relative to those of a white reference.
-    fn counts(&self, white: Rows) -> Result<ReadingQuantity> {
-        if self.quantity.is_some() {
-            return reject("quantity has no effect with white: the readings are counts then");
-        }
-        if self.saturation.is_some_and(|level| !level.is_finite()) {
-            return reject("saturation must be a finite number of counts");
-        }
-        let name = self.footprint;
-        let footprint = name.map(|name| choose::<LargerSpot>("footprint", name));
-        Ok(ReadingQuantity::Counts(CountCalibration::new(
-            white,
-            footprint.transpose()?.map(Into::into),
-            optional(self.dark, "dark")?,
-            optional(self.white_reflectance, "white_reflectance")?,
-            self.saturation,
-        )))
-    }
-
-    /// Takes the counts of a white reference, of each of `count` readings in an array or of a single pair of directions.
-    fn white_rows(
+    /// Returns the quantity of counts, relative to those of a white reference: of each of `count` readings in an array, or of
+    /// a single pair of directions.
+    fn counts(
         &self,
-        white: &Bound<'_, PyAny>,
+        white: &Bound<'py, PyAny>,
         count: Option<usize>,
         directions: Option<&Bound<'py, PyAny>>,
-    ) -> Result<Rows> {
-        if self.white_directions.is_some() != self.footprint.is_some() {
-            return reject(
-                "white_directions and footprint describe a white reference that was read once: pass both",
-            );
-        }
-        let Some(once) = self.white_directions else {
-            let mut white = values(white, "white", 3)?;
-            let count = count.unwrap_or(white.len());
-            if white.len() != count {
-                return reject(format!(
-                    "white must have the shape ({count}, 3), the white reference at each of the readings, not ({}, 3); or \
-                     pass white_directions and footprint of a white reference that was read once",
-                    white.len()
-                ));
+    ) -> Result<ReadingQuantity> {
+        let footprint: Option<LargerSpot> = self.take_choice("footprint")?;
+        let white = match (self.take("white_directions")?, footprint) {
+            (None, None) => lab_readings(
+                white,
+                "white",
+                (count, 3),
+                ", the white reference at each of the readings, or pass white_directions and footprint of one that was read once",
+                directions,
+            )?,
+            (Some(once), Some(_)) => {
+                let Pairs { pairs, shape } = Pairs::from_arrays(&once, None)?;
+                let ([[incoming, outgoing]], []) = (&pairs[..], &shape[..]) else {
+                    return reject("white_directions must have the shape (2, 3)");
+                };
+                vec![LabReading {
+                    angles: Some(rusinkiewicz(*incoming, *outgoing)),
+                    numbers: channels(white, "white")?.to_vec(),
+                    ..LabReading::default()
+                }]
             }
-            place(&mut white, directions)?;
-            return Ok(Rows::from_array("white", Vec::new(), white));
+            _ => {
+                return reject(
+                    "white_directions and footprint describe a white reference that was read once: pass both",
+                );
+            }
         };
-        let Pairs { pairs, shape } = Pairs::from_arrays(once, None)?;
-        let ([[incoming, outgoing]], []) = (&pairs[..], &shape[..]) else {
-            return reject(format!(
-                "white_directions must have the shape (2, 3), not {}",
-                shape_text(&[&shape[..], &[2, 3]].concat())
-            ));
-        };
-        let reading = LabReading {
-            angles: Some(rusinkiewicz(*incoming, *outgoing)),
-            numbers: channels(white, "white")?.to_vec(),
-            ..LabReading::default()
-        };
-        Ok(Rows::from_array("white", Vec::new(), vec![reading]))
+        let meaning = "a finite number of counts";
+        let saturation = self.take_numbers("saturation", &[], meaning, f32::is_finite)?;
+        Ok(ReadingQuantity::Counts(CountCalibration::new(
+            Rows::from_array("white", Vec::new(), white),
+            footprint.map(Into::into),
+            self.take_channels("dark")?,
+            self.take_channels("white_reflectance")?,
+            saturation.first().copied(),
+        )))
     }
 }
 
-/// Places readings at `directions`, or else at the recipe's samples.
-fn place(readings: &mut [LabReading], directions: Option<&Bound<'_, PyAny>>) -> Result<()> {
-    let Some(directions) = directions else {
-        for (index, reading) in readings.iter_mut().enumerate() {
-            reading.index = Some(index);
-        }
-        return Ok(());
-    };
-    let (count, Pairs { pairs, shape }) = (readings.len(), Pairs::from_arrays(directions, None)?);
-    if shape != [count] {
+/// Returns the readings in the rows of an array, without numbers if they are missing. They are at `directions`, or else at the
+/// recipe's samples.
+fn lab_readings(
+    argument: &Bound<'_, PyAny>,
+    name: &str,
+    shape: (Option<usize>, usize),
+    hint: &str,
+    directions: Option<&Bound<'_, PyAny>>,
+) -> Result<Vec<LabReading>> {
+    let array = rows(argument, name, shape, hint)?;
+    let count = array.shape()[0];
+    let at = directions.map(|directions| Pairs::from_arrays(directions, None));
+    let at = at.transpose()?;
+    if let Some(Pairs { shape, .. }) = &at
+        && *shape != [count]
+    {
         return reject(format!(
-            "directions must have the shape ({count}, 2, 3), one pair for each of the readings, not {}",
-            shape_text(&[&shape[..], &[2, 3]].concat())
+            "directions must have the shape ({count}, 2, 3), one pair for each of the readings, not {shape:?} pairs"
         ));
     }
-    for (reading, [incoming, outgoing]) in readings.iter_mut().zip(pairs) {
-        reading.angles = Some(rusinkiewicz(incoming, outgoing));
-    }
-    Ok(())
-}
-
-/// Returns the readings in the rows of an array of channels or bands, without numbers if they are missing.
-fn values(argument: &Bound<'_, PyAny>, name: &str, channels: usize) -> Result<Vec<LabReading>> {
-    let array = numbers(argument, name)?;
-    if array.ndim() != 2 || array.shape()[1] != channels {
-        return reject(format!(
-            "{name} must have the shape (n, {channels}), or one column for each of wavelengths, not {}",
-            shape_text(array.shape())
-        ));
-    }
-    let rows = (0..).zip(array.outer_iter()).map(|(line, values)| {
-        let missing = values.iter().filter(|value| value.is_nan()).count();
-        if missing > 0 && missing < channels {
-            return reject(format!(
-                "{name}: row {line} is NaN in some channels only: pass all values, or NaN for all if the reading is missing"
-            ));
-        }
+    let readings = array.outer_iter().enumerate().map(|(index, values)| {
         let present = values.iter().filter(|value| !value.is_nan());
+        let numbers: Vec<f32> = present.map(|value| *value as f32).collect();
+        if !numbers.is_empty() && numbers.len() < values.len() {
+            return reject(format!(
+                "{name}: row {index} is NaN in some channels only: pass all values, or NaN for all if the reading is missing"
+            ));
+        }
+        let pair = at.as_ref().map(|at| at.pairs[index]);
         Ok(LabReading {
-            line,
-            numbers: present.map(|value| *value as f32).collect(),
+            line: index as u64,
+            index: pair.is_none().then_some(index),
+            angles: pair.map(|[incoming, outgoing]| rusinkiewicz(incoming, outgoing)),
+            numbers,
             ..LabReading::default()
         })
     });
-    rows.collect()
-}
-
-/// Reads [`channels`], unless the argument is None.
-fn optional(argument: Option<&Bound<'_, PyAny>>, name: &str) -> Result<Option<[f32; 3]>> {
-    argument
-        .map(|argument| channels(argument, name))
-        .transpose()
+    readings.collect()
 }
 
 /// Reads one number for all channels, or one for each.
 fn channels(argument: &Bound<'_, PyAny>, name: &str) -> Result<[f32; 3]> {
-    let values: Vec<f64> = numbers(argument, name)?.iter().copied().collect();
+    let values: Vec<f64> = numbers(argument, name)?.into_iter().collect();
     match values[..] {
         [value] => Ok([value as f32; 3]),
         [r, g, b] => Ok([r, g, b].map(|value| value as f32)),

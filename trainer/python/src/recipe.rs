@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use glimpse_core::numeric::Rows;
 use glimpse_core::recipe::Recipe;
+use glimpse_fitting::linear::Posterior;
 use glimpse_fitting::measurement::{NamedRecipe, Readings};
 use glimpse_fitting::recipe::RecipeFile;
 use glimpse_fitting::route::{PlanArgs, arms_in_degrees};
 use glimpse_materials::basis::Basis;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyType};
+use pyo3::types::{PyBytes, PyDict, PyType};
 
 use crate::arrays::{Array, Pairs, to_python};
 use crate::choices::choose;
@@ -41,25 +42,21 @@ impl PyRecipe {
 
     /// Combines a recipe with the bytes of its basis, if it needs one.
     pub(crate) fn new_with_basis(file: RecipeFile, basis: Option<&[u8]>) -> Result<Self> {
-        let checksum = file.recipe().basis_checksum();
-        let basis = match (checksum, basis) {
+        let basis = match (file.recipe().basis_checksum(), basis) {
             (None, None) => None,
+            (Some(checksum), Some(bytes)) => match Basis::parse_for_recipe(bytes, checksum) {
+                Ok(basis) => Some(Arc::new(basis)),
+                Err(error) => return reject(format!("basis is not this recipe's basis: {error}")),
+            },
             (None, Some(_)) => {
                 return reject(
-                    "basis has no effect, because the recipe does not need one: omit basis",
+                    "basis has no effect, because the recipe does not need one: omit it",
                 );
             }
             (Some(_), None) => {
                 return reject(
                     "basis is missing: pass the bytes of the file NAME.basis next to the recipe, or use Recipe.load",
                 );
-            }
-            (Some(checksum), Some(bytes)) => {
-                let basis = Basis::parse_for_recipe(bytes, checksum);
-                let basis = basis.or_else(|error| {
-                    reject(format!("basis is not this recipe's basis: {error}"))
-                })?;
-                Some(Arc::new(basis))
             }
         };
         let name = "recipe".to_owned();
@@ -163,7 +160,7 @@ impl PyRecipe {
     /// of `train`) and materials (names and digests of their BRDFs).
     #[getter]
     fn metadata<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
-        to_python(py, self.0.file.metadata())
+        to_python(py, serde_json::to_value(self.0.file.metadata())?)
     }
 
     /// Plans a scan as `trainer plan` does: the order of the samples, and the positions and times of a machine's arms.
@@ -186,11 +183,13 @@ impl PyRecipe {
         seed: u64,
     ) -> Result<PyPlan> {
         let request = PlanArgs {
-            order: order.map(|name| choose("order", name)).transpose()?,
+            order: choose("order", order)?,
             machine: PyMachine::args(machine),
             no_full_turns: !full_turns,
         };
-        PyPlan::new(py, &self.0.file, &request, seed)
+        let (recipe, stated) = (self.recipe(), self.0.file.metadata().machine());
+        let (_, route) = run_detached(py, || request.plan(&recipe, &stated, seed))??;
+        Ok(PyPlan(route))
     }
 
     /// Fits readings with the code that a device runs, and finds outliers, as `trainer fit` does.
@@ -218,41 +217,21 @@ impl PyRecipe {
     ///
     /// A recipe that tolerates missing readings excludes saturated readings from the fit. It also excludes the worst
     /// outlier, if the other readings agree better without it, unless `keep_all` is True.
-    #[pyo3(signature = (
-        readings, directions = None, *, quantity = None, name = "fitted",
-        saturated = None, noise = None, wavelengths = None, white = None, white_directions = None, footprint = None, dark = None,
-        white_reflectance = None, saturation = None, keep_all = false,
-    ))]
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
+    #[pyo3(
+        signature = (readings, directions = None, *, name = "fitted", keep_all = false, **options),
+        text_signature = "($self, readings, directions=None, *, quantity=None, name='fitted', saturated=None, noise=None, \
+            wavelengths=None, white=None, white_directions=None, footprint=None, dark=None, white_reflectance=None, \
+            saturation=None, keep_all=False)"
+    )]
     fn fit<'py>(
         slf: &Bound<'py, Self>,
         readings: &Bound<'py, PyAny>,
         directions: Option<&Bound<'py, PyAny>>,
-        quantity: Option<&str>,
         name: &str,
-        saturated: Option<&Bound<'py, PyAny>>,
-        noise: Option<&Bound<'py, PyAny>>,
-        wavelengths: Option<&Bound<'py, PyAny>>,
-        white: Option<&Bound<'py, PyAny>>,
-        white_directions: Option<&Bound<'py, PyAny>>,
-        footprint: Option<&str>,
-        dark: Option<&Bound<'py, PyAny>>,
-        white_reflectance: Option<&Bound<'py, PyAny>>,
-        saturation: Option<f32>,
         keep_all: bool,
+        options: Option<Bound<'py, PyDict>>,
     ) -> Result<Bound<'py, PyFittedMaterial>> {
-        let args = ReadingArgs {
-            quantity,
-            saturated,
-            noise,
-            wavelengths,
-            white,
-            white_directions,
-            footprint,
-            dark,
-            white_reflectance,
-            saturation,
-        };
+        let args = ReadingArgs(options.unwrap_or_else(|| PyDict::new(slf.py())));
         let readings = args.readings(&slf.get().0, readings, directions)?;
         let fitted = PyFittedMaterial::new(slf.as_any(), readings, name, keep_all)?;
         PyFittedMaterial::require_plausible(fitted)
@@ -276,14 +255,40 @@ impl PyRecipe {
         machine: Option<&Bound<'_, PyMachine>>,
         accept_implausible: bool,
     ) -> Result<PyProposals> {
-        PyProposals::new(
-            slf.as_any(),
-            &slf.get().0,
-            (directions, readings),
-            count,
-            &PyMachine::args(machine),
-            accept_implausible,
-        )
+        if !(1..=256).contains(&count) {
+            return reject(format!("count is {count}: give 1 to 256"));
+        }
+        let (py, given, machine) = (slf.py(), &slf.get().0, PyMachine::args(machine));
+        given.machine(&machine)?;
+        let any = given.continuing();
+        let (posterior, measured) = match (directions, readings) {
+            (None, None) => (Posterior::new(&any.prior, &[]), Vec::new()),
+            (Some(directions), Some(readings)) => {
+                let args = ReadingArgs(PyDict::new(py));
+                let readings = args.readings(&any, readings, Some(directions))?;
+                let measured = readings.pattern();
+                // Also with readings that are unlike the others, which reduce the loss most.
+                let mut fitted = PyFittedMaterial::new(slf.as_any(), readings, "readings", true)?;
+                if !accept_implausible {
+                    fitted = PyFittedMaterial::require_plausible(fitted)?;
+                }
+                (Some(fitted.get().fit.selection.posterior.clone()), measured)
+            }
+            _ => return reject("directions and readings belong together: give both, or neither"),
+        };
+        let Some(posterior) = posterior else {
+            return reject("the recipe's prior is not finite");
+        };
+        let next = || given.next(&machine, (&posterior, &measured), count);
+        let proposals = run_detached(py, next)??;
+        if proposals.is_empty() {
+            return reject("no direction is within the limits: widen them");
+        }
+        Ok(PyProposals {
+            proposals,
+            has_seconds: machine.speeds.is_given(),
+            so_far: posterior.expected_loss().loss,
+        })
     }
 
     /// Returns the recipe of readings at directions, an array (n, 2, 3), that a recipe without a pattern fits.

@@ -10,54 +10,17 @@ use glimpse_fitting::route::MachineArgs;
 use glimpse_training::checkpoint::Checkpoint;
 use glimpse_training::outer::{self, Checkpoints};
 use glimpse_training::run::{check, train as meta_train};
-use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict};
+use pyo3::types::{PyDict, PyString};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use crate::arrays::{Pairs, from_python};
-use crate::error::{Result, reject, reject_unused};
+use crate::error::{Result, reject, unexpected};
 use crate::interruptible::run_interruptible;
 use crate::machine::PyMachine;
 use crate::recipe::PyRecipe;
 use crate::sources::MaterialArgs;
-
-/// Progress of a training run. `phase` names the part being trained, and `samples` is the size of its pattern. `done`
-/// of `total` outer steps are complete. `loss` is smoothed over about 50 steps. `best` is the smallest loss yet,
-/// on validation materials or over an epoch, or None.
-#[pyclass(frozen, get_all, name = "Progress", module = "glimpse_brdf")]
-pub(crate) struct PyProgress {
-    phase: &'static str,
-    samples: usize,
-    done: usize,
-    total: usize,
-    loss: f32,
-    best: Option<f32>,
-}
-
-#[pymethods]
-impl PyProgress {
-    fn __repr__(&self) -> String {
-        format!(
-            "<glimpse_brdf.Progress {}: {} of {}, loss {:.4}>",
-            self.phase, self.done, self.total, self.loss
-        )
-    }
-}
-
-impl From<outer::Progress> for PyProgress {
-    fn from(progress: outer::Progress) -> Self {
-        Self {
-            phase: progress.phase,
-            samples: progress.samples,
-            done: progress.done,
-            total: progress.total,
-            loss: progress.loss,
-            best: progress.best,
-        }
-    }
-}
 
 /// Trains a recipe as `trainer train` does; the same options give the same bytes.
 ///
@@ -101,23 +64,19 @@ pub(crate) fn train(
     pattern: Option<&Bound<'_, PyAny>>,
     checkpoint: Option<PathBuf>,
     resume: bool,
-    progress: Option<Py<PyAny>>,
+    progress: Option<Bound<'_, PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> Result<PyRecipe> {
+    let module = py.import("glimpse_brdf.progress")?;
     let progress = match progress {
-        Some(progress) => {
-            Some(progress).filter(|progress| !progress.bind(py).is(PyBool::new(py, false)))
-        }
-        None => {
-            let bar = py.import("glimpse_brdf.progress")?.call_method0("bar")?;
-            (!bar.is_none()).then(|| bar.unbind())
-        }
+        Some(progress) => progress,
+        None => module.call_method0("bar")?,
     };
-    reject_unused(
-        checkpoint.is_none(),
-        "it requires checkpoint",
-        &[("resume", resume)],
-    )?;
+    let is_drawn = !progress.is_none() && !matches!(progress.extract(), Ok(false));
+    let progress = is_drawn.then(|| progress.unbind());
+    if resume && checkpoint.is_none() {
+        return reject("resume has no effect: it requires checkpoint");
+    }
     let MachineArgs { limits, speeds } = PyMachine::args(machine);
     let mut options = TrainingOptions {
         limits,
@@ -129,28 +88,25 @@ pub(crate) fn train(
     }
     check(&options)?;
     let checkpoints = checkpoints(checkpoint, resume)?;
-    let materials = match materials {
-        Some(materials) => MaterialArgs::parse(materials)?,
-        None => MaterialArgs::parse(&pyo3::types::PyString::new(py, "procedural:100"))?,
-    };
-    let sources = materials.sources(&options.share)?;
+    let default = PyString::new(py, "procedural:100").into_any();
+    let materials = MaterialArgs::parse(materials.unwrap_or(&default), &options.share)?;
 
     let latest = Mutex::new(None);
+    let new_progress = module.getattr("Progress")?.unbind();
     let report = |py: Python<'_>| {
-        let latest = latest.lock().ok().and_then(|mut latest| latest.take());
-        match (&progress, latest) {
-            (Some(progress), Some(latest)) => {
-                progress.call1(py, (PyProgress::from(latest),)).map(drop)
-            }
-            _ => Ok(()),
+        let latest: Option<outer::Progress> =
+            latest.lock().ok().and_then(|mut latest| latest.take());
+        if let (Some(progress), Some(latest)) = (&progress, latest) {
+            let (phase, samples, done) = (latest.phase, latest.samples, latest.done);
+            let fields = (phase, samples, done, latest.total, latest.loss, latest.best);
+            progress.call1(py, (new_progress.call1(py, fields)?,))?;
         }
+        Ok(())
     };
     let result = run_interruptible(py, report, |stop| {
-        let (materials, source_shares) = materials.load(&sources)?;
-        let options = TrainingOptions {
-            source_shares,
-            ..options.clone()
-        };
+        let data = materials.sources.label();
+        let (materials, source_shares) = materials.load()?;
+        options.source_shares = source_shares;
         let observe = &mut |progress: &outer::Progress| {
             if let Ok(mut latest) = latest.lock() {
                 *latest = Some(*progress);
@@ -161,7 +117,6 @@ pub(crate) fn train(
                 ControlFlow::Continue(())
             }
         };
-        let data = sources.label();
         let trained = meta_train(&options, &data, materials, checkpoints.as_ref(), observe);
         Result::Ok(trained?)
     })?;
@@ -186,10 +141,7 @@ fn parse_options(given: Option<&Bound<'_, PyDict>>, model: &str) -> Result<Train
         };
         match all.get_mut(&name) {
             Some(option) if !NOT_GIVEN.contains(&&*name) => *option = value,
-            _ => {
-                let message = format!("train() got an unexpected keyword argument '{name}'");
-                return Err(PyTypeError::new_err(message).into());
-            }
+            _ => return unexpected("train", &name),
         }
         options = from_json(&name, all.clone())?;
     }

@@ -268,7 +268,7 @@ def test_rejects_invalid_readings(trainer, tmp_path):
     incomplete[3, 0] = 1
     assert_names(fit_error(incomplete), "3", "NaN")
     assert_names(fit_error(readings[:7]), "(8, 3)")
-    assert_names(fit_error(readings.ravel()), "(n, 3)")
+    assert_names(fit_error(readings.ravel()), "(8, 3)")
     with pytest.raises(FileNotFoundError):
         recipe.fit("readings")
     fit_error(readings * np.nan)

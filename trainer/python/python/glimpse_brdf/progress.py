@@ -1,10 +1,22 @@
-"""A progress bar for a terminal or a notebook."""
+"""Progress of a training run, and a progress bar for a terminal or a notebook."""
 
 import math
 import sys
-from typing import Any, Callable, Optional
+from typing import Any, Callable, NamedTuple, Optional
 
-from . import Progress
+
+class Progress(NamedTuple):
+    """Progress of a training run. `phase` names the part being trained, and `samples` is the size of its pattern. `done` of
+    `total` outer steps are complete. `loss` is smoothed over about 50 steps. `best` is the smallest loss yet, on
+    validation materials or over an epoch, or None.
+    """
+
+    phase: str
+    samples: int
+    done: int
+    total: int
+    loss: float
+    best: Optional[float]
 
 
 def bar() -> Optional[Callable[[Progress], None]]:

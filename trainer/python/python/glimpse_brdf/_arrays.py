@@ -1,0 +1,68 @@
+"""Conversion of arguments to arrays of numbers, and to JSON."""
+
+import json
+from typing import Any, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from . import GlimpseError
+
+
+def numbers(argument: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:
+    """Converts an array of any real type and layout. `name` is the argument's name for error messages."""
+    try:
+        array = np.asarray(argument)
+    except Exception as error:
+        raise GlimpseError(f"{name} must be an array of numbers: {error}") from error
+    if array.dtype.kind not in "fiub":
+        raise GlimpseError(f"{name} must be an array of numbers: its dtype is {array.dtype}; convert it to floats")
+    return array.astype(np.float64)
+
+
+def rows(
+    argument: npt.ArrayLike, name: str, count: Optional[int], columns: int, hint: str
+) -> npt.NDArray[np.float64]:
+    """Converts an array of `count` rows, or of any number of rows. `hint` follows the shape in the error message."""
+    array = numbers(argument, name)
+    if array.ndim != 2 or array.shape[1] != columns or count not in (None, len(array)):
+        expected = f"({'n' if count is None else count}, {columns})"
+        raise GlimpseError(f"{name} must have the shape {expected}{hint}, not {array.shape}")
+    return array
+
+
+def pairs(incoming: npt.ArrayLike, outgoing: Optional[npt.ArrayLike]) -> npt.NDArray[np.float64]:
+    """Returns pairs of unit vectors, of shape (..., 2, 3), from an array of that shape, or from two arrays of shape
+    (..., 3) that are broadcast.
+    """
+    if outgoing is None:
+        array = numbers(incoming, "directions")
+        if array.shape[-2:] != (2, 3):
+            raise GlimpseError(
+                "directions must have the shape (..., 2, 3), incoming and outgoing unit vectors, not "
+                f"{array.shape}; or pass both as two arrays (..., 3)"
+            )
+    else:
+        both = [numbers(incoming, "incoming"), numbers(outgoing, "outgoing")]
+        for array, name in zip(both, ["incoming", "outgoing"]):
+            if array.shape[-1:] != (3,):
+                raise GlimpseError(f"{name} must have the shape (..., 3), not {array.shape}")
+        try:
+            array = np.stack(np.broadcast_arrays(*both), -2)
+        except ValueError as error:
+            raise GlimpseError(f"incoming and outgoing cannot be broadcast: make their shapes equal ({error})") from error
+    length = np.hypot(np.hypot(array[..., 0], array[..., 1]), array[..., 2])
+    invalid = np.flatnonzero(~(np.isfinite(length) & (length > 0)))
+    if len(invalid):
+        pair, side = divmod(int(invalid[0]), 2)
+        x, y, z = array.reshape(-1, 3)[invalid[0]]
+        raise GlimpseError(
+            f"the {['incoming', 'outgoing'][side]} vector of pair {pair} is ({x:g}, {y:g}, {z:g}), which has no "
+            "direction; pass finite, nonzero vectors"
+        )
+    return array / length[..., None]
+
+
+def to_json(value: Any) -> str:
+    """Converts numbers, text, lists and arrays."""
+    return json.dumps(value, default=lambda array: array.tolist())
