@@ -443,10 +443,3 @@ impl<K: ScanModel> core::fmt::Debug for Driver<'_, K> {
             .finish_non_exhaustive()
     }
 }
-
-#[cfg(feature = "defmt")]
-impl<K: ScanModel> defmt::Format for Driver<'_, K> {
-    fn format(&self, f: defmt::Formatter<'_>) {
-        defmt::write!(f, "Driver({}, {})", self.state, self.config);
-    }
-}

@@ -26,7 +26,7 @@
 //! use glimpse_core::error::{Error, ErrorCode};
 //! use glimpse_core::link::{DeviceEnd, FRAME_BYTES, Reply, Request, HostEnd};
 //!
-//! let (mut device, mut host) = (DeviceEnd::new(0), HostEnd::new());
+//! let (mut device, mut host) = (DeviceEnd::new(0), HostEnd::default());
 //! let (mut request, mut reply) = ([0; FRAME_BYTES], [0; FRAME_BYTES]);
 //!
 //! let failed = Request::Failed(Error::new(ErrorCode::Machine));
@@ -42,10 +42,8 @@
 
 mod conversation;
 mod frame;
-mod limits;
 mod message;
 
 pub use conversation::{DeviceEnd, HostEnd, Received};
 pub use frame::{FRAME_BYTES, FrameReader, encode};
-pub use limits::{VALUES_PER_FRAME, Values};
-pub use message::{PROTOCOL, Purpose, Reply, Request};
+pub use message::{PROTOCOL, Purpose, Reply, Request, VALUES_PER_FRAME, Values};

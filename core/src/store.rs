@@ -19,7 +19,6 @@ use journal::{Content, ITEM_BYTES, Journal};
 
 /// Place of a store in a flash: two areas of the journal. Lengths are whole sectors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Layout {
     /// Offset of the first area.
     pub start: u32,

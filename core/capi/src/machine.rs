@@ -140,14 +140,18 @@ pub unsafe extern "C" fn glimpse_repeated_add(
         check(repeated, glimpse_status::ArgumentRepeated)?;
         let sums = repeated.read();
         let reading = copy(reading.cast::<[f32; 3]>(), glimpse_status::ArgumentReading)?;
-        let mut next =
-            Repeated::from_parts(sums.count, sums.mean, sums.squares, sums.saturated != 0);
+        let mut next = Repeated {
+            count: sums.count,
+            mean: sums.mean,
+            squares: sums.squares,
+            saturated: sums.saturated != 0,
+        };
         next.add(reading, saturated != 0)?;
         repeated.write(glimpse_repeated {
-            count: next.count(),
-            saturated: u8::from(next.saturated()),
-            mean: next.mean().unwrap_or_default(),
-            squares: next.squares(),
+            count: next.count,
+            saturated: u8::from(next.saturated),
+            mean: next.mean,
+            squares: next.squares,
             variance: next.variance().unwrap_or([f32::NAN; 3]),
         });
         Ok(())

@@ -16,7 +16,7 @@ const HELLO: Request = Request::Hello {
 pub fn check(bytes: &[u8]) {
     let mut frame = [0; FRAME_BYTES];
     let mut device = DeviceEnd::new(0);
-    let mut host = HostEnd::new();
+    let mut host = HostEnd::default();
     let _ = device.request(&HELLO, &mut frame);
     for byte in bytes {
         let _ = device.receive(*byte, &HELLO);

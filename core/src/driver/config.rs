@@ -7,7 +7,6 @@ use crate::scan::EvidenceLimits;
 
 /// The role of the host, at the other end of the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Host {
     /// A host moves the arms and reads the sensor, as the device requests.
@@ -28,7 +27,6 @@ pub enum Host {
 /// config.steps_per_poll = 4;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct Config {
     /// The role of the host.

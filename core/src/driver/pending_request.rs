@@ -47,7 +47,7 @@ pub(super) struct PendingRequest {
 }
 
 impl PendingRequest {
-    pub(super) const fn new(seed: u32) -> Self {
+    pub(super) fn new(seed: u32) -> Self {
         Self {
             device: DeviceEnd::new(seed),
             exchange: Exchange::Idle,

@@ -5,7 +5,6 @@ use crate::error::{Error, ErrorCode};
 
 /// A driver works toward this with a host or alone. A failure does not change it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Task {
     /// The fit of all readings.
     Scan,
@@ -17,7 +16,6 @@ pub enum Task {
 
 /// The state of a driver. Arms move in [`State::Read`] only.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum State {
     /// Sends `Hello`, after a pause.
     Hello,

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! Hence all channels are treated alike, and any reading may be missing. g is the
-//! [gain](MissingPolicy::dropout_gain) of the present readings. A [`StartNet`] maps all a_c to a model's initial parameters.
+//! [gain](dropout_gain) of the present readings. A [`StartNet`] maps all a_c to a model's initial parameters.
 //!
 //! The forward pass is generic over [`Scalar`] and over the [encoding](Encoding) of weights: bytes in a recipe, plain
 //! numbers in training. Training also has the [adjoint](CoefficientNetGradient).
@@ -21,7 +21,7 @@ mod start_net;
 
 pub use adjoint::CoefficientNetGradient;
 pub use encoding::{Encoding, Packed, Plain};
-pub use missing::MissingPolicy;
+pub use missing::dropout_gain;
 pub use start_net::{MAX_RMS, StartNet, StartNetGradient};
 
 use crate::numeric::{Scalar, split};
@@ -46,7 +46,7 @@ pub struct Input<S> {
 /// The weights of the net.
 ///
 /// There are m + h rows: m coefficients, which depend directly on the readings, and h hidden units.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct CoefficientNet<'a, S: Scalar, E: Encoding<S>> {
     /// m, the number of coefficients of a channel.
     pub components: usize,
@@ -61,13 +61,6 @@ pub struct CoefficientNet<'a, S: Scalar, E: Encoding<S>> {
     /// The factor of each row of W, m; empty for factors of 1.
     pub output_scales: &'a [E::Number],
 }
-
-impl<S: Scalar, E: Encoding<S>> Clone for CoefficientNet<'_, S, E> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-impl<S: Scalar, E: Encoding<S>> Copy for CoefficientNet<'_, S, E> {}
 
 impl<'a, S: Scalar, E: Encoding<S>> CoefficientNet<'a, S, E> {
     /// m + h, the number of rows.

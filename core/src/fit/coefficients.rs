@@ -9,7 +9,7 @@
 
 use core::ops::Range;
 
-use super::coefficient_net::{CHANNELS, CoefficientNet, Input, MissingPolicy, Packed, channels};
+use super::coefficient_net::{CHANNELS, CoefficientNet, Input, Packed, channels, dropout_gain};
 use super::ridge::{System, factor_length, order, scratch_length};
 use super::work;
 use crate::geometry::HalfDifference;
@@ -80,12 +80,6 @@ impl<'a> Net<'a> {
         }
     }
 
-    /// The treatment of missing readings.
-    #[must_use]
-    pub fn missing(&self) -> MissingPolicy {
-        MissingPolicy::from_number(self.missing)
-    }
-
     /// Adds the reading of a sample, or that it is missing.
     #[inline(never)]
     fn add(&self, index: usize, center: Floats<'_>, samples: Samples<'_>, state: &mut [f32]) {
@@ -93,7 +87,7 @@ impl<'a> Net<'a> {
             return;
         };
         let present = samples.iter().map(|sample| is_present(&sample));
-        let scale = self.scale * self.missing().dropout_gain(present);
+        let scale = self.scale * dropout_gain(self.missing != 0, present);
         let is_missing = !is_present(&sample);
         let input = Input {
             channels: match is_missing {

@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 /// Rusinkiewicz angles in radians. `theta_h` and `theta_d` are in \[0, pi/2\]. Reciprocal BRDFs have period pi in
 /// `phi_d`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Angles<T> {
     /// Angle between the normal and the half vector.
     pub theta_h: T,

@@ -43,7 +43,6 @@ use crate::geometry::{Arm, Directions};
 /// # Ok::<(), glimpse_core::error::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Calibration {
     dark: [f32; 3],
     white: [f32; 3],
@@ -148,7 +147,6 @@ impl Calibration {
 
 /// The larger spot on the sample, at all angles of a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Footprint {
     /// The light's spot: all that the sensor sees is lit. Counts are proportional to f cos(theta_i).
@@ -186,7 +184,6 @@ impl Footprint {
 /// # Ok::<(), glimpse_core::error::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ReferenceCalibration {
     calibration: Calibration,
     cosine: f32,

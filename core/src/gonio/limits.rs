@@ -2,13 +2,11 @@
 
 use core::f32::consts::{FRAC_PI_2, PI};
 
-use serde::{Deserialize, Serialize};
-
 use crate::error::{Error, ErrorCode};
 use crate::geometry::{Arms, Directions};
 
-/// The reach of a machine's arms, without limits of the azimuths; angles in radians. [`Limits::validate`] checks them;
-/// deserialized ones are valid.
+/// The reach of a machine's arms, without limits of the azimuths; angles in radians. [`Limits::validate`] checks
+/// them.
 ///
 /// ```
 /// use glimpse_core::error::{Error, ErrorCode};
@@ -30,9 +28,7 @@ use crate::geometry::{Arms, Directions};
 /// assert!((deficit - 0.1).abs() < 1e-5);
 /// # Ok::<(), Error>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[serde(try_from = "UncheckedLimits")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// The largest polar angle of the light's arm: above 0, at most pi/2.
     pub max_theta_i: f32,
@@ -42,36 +38,6 @@ pub struct Limits {
     pub min_separation: f32,
     /// True if light, normal and sensor always lie in one plane.
     pub in_plane: bool,
-}
-
-/// Limits as decoded, before [`Limits::validate`].
-#[derive(Deserialize)]
-struct UncheckedLimits {
-    max_theta_i: f32,
-    max_theta_o: f32,
-    min_separation: f32,
-    in_plane: bool,
-}
-
-impl TryFrom<UncheckedLimits> for Limits {
-    type Error = Error;
-
-    fn try_from(unchecked: UncheckedLimits) -> Result<Self, Error> {
-        let limits = Self {
-            max_theta_i: unchecked.max_theta_i,
-            max_theta_o: unchecked.max_theta_o,
-            min_separation: unchecked.min_separation,
-            in_plane: unchecked.in_plane,
-        };
-        limits.validate()?;
-        Ok(limits)
-    }
-}
-
-impl Default for Limits {
-    fn default() -> Self {
-        Self::NONE
-    }
 }
 
 impl Limits {
@@ -127,13 +93,10 @@ impl Limits {
         check(ErrorCode::MaxThetaI, theta_i, Self::TOLERANCE)?;
         check(ErrorCode::MaxThetaO, theta_o, Self::TOLERANCE)?;
         check(ErrorCode::MinSeparation, separation, Self::TOLERANCE)?;
-        match self.in_plane {
-            true => check(
-                ErrorCode::InPlane,
-                directions.out_of_plane(),
-                Self::IN_PLANE_TOLERANCE,
-            ),
-            false => Ok(()),
+        if self.in_plane {
+            let deviation = directions.out_of_plane();
+            check(ErrorCode::InPlane, deviation, Self::IN_PLANE_TOLERANCE)?;
         }
+        Ok(())
     }
 }

@@ -27,7 +27,6 @@ use crate::numeric::math;
 /// assert!((next.seconds - 0.5).abs() < 1e-5); // the sensor's azimuth takes longest
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Machine {
     /// The speeds of its axes. 0, a negative number or NaN: the machine lacks this axis.
     pub speeds: Arms,
@@ -44,7 +43,6 @@ pub struct Machine {
 
 /// A move of the arms to a pending sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Move {
     /// The pending sample's index.
     pub index: u16,

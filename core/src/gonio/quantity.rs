@@ -25,7 +25,6 @@ use crate::geometry::{Arm, Directions};
 /// # Ok::<(), glimpse_core::error::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Quantity {
     /// The BRDF, sr^-1: radiance per irradiance.

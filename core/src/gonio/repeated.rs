@@ -11,7 +11,7 @@ use crate::error::{Error, ErrorCode};
 /// ```
 /// use glimpse_core::gonio::Repeated;
 ///
-/// let mut counts = Repeated::new();
+/// let mut counts = Repeated::default();
 /// for reading in [[100.0, 80.0, 60.0], [104.0, 80.0, 63.0]] {
 ///     counts.add(reading, false)?;
 /// }
@@ -20,50 +20,18 @@ use crate::error::{Error, ErrorCode};
 /// # Ok::<(), glimpse_core::error::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Repeated {
-    count: u32,
-    mean: [f32; 3],
-    /// Sums of squared distances from the mean.
-    squares: [f32; 3],
-    saturated: bool,
+    /// Number of readings.
+    pub count: u32,
+    /// The mean of each channel; 0 before any reading. If it is not finite, [`Repeated::add`] fails.
+    pub mean: [f32; 3],
+    /// Sums of squared distances from the mean. If they are not finite, [`Repeated::add`] fails.
+    pub squares: [f32; 3],
+    /// True if any reading was saturated. The mean is then too low.
+    pub saturated: bool,
 }
 
 impl Repeated {
-    /// Creates statistics without readings.
-    #[must_use]
-    pub const fn new() -> Self {
-        Self {
-            count: 0,
-            mean: [0.0; 3],
-            squares: [0.0; 3],
-            saturated: false,
-        }
-    }
-
-    /// Creates statistics from their parts, for example after a C function returned them. Parts that are not finite make
-    /// the next [`Repeated::add`] fail.
-    #[must_use]
-    pub const fn from_parts(
-        count: u32,
-        mean: [f32; 3],
-        squares: [f32; 3],
-        saturated: bool,
-    ) -> Self {
-        Self {
-            count,
-            mean,
-            squares,
-            saturated,
-        }
-    }
-
-    /// The sums of squared distances from the mean.
-    #[must_use]
-    pub const fn squares(&self) -> [f32; 3] {
-        self.squares
-    }
-
     /// Adds a reading.
     ///
     /// # Errors
@@ -83,18 +51,6 @@ impl Repeated {
         }
         *self = next;
         Ok(())
-    }
-
-    /// Number of readings.
-    #[must_use]
-    pub fn count(&self) -> u32 {
-        self.count
-    }
-
-    /// True if any reading was saturated. The mean is then too low.
-    #[must_use]
-    pub fn saturated(&self) -> bool {
-        self.saturated
     }
 
     /// The mean of each channel; None before any reading.

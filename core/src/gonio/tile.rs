@@ -22,7 +22,6 @@ const MIN_SPREAD_RATIO: f32 = 3.0;
 
 /// The result of the self-test.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum TileResult {
     /// The readings are this quantity, within 5 %. A scan needs [`Quantity::Brdf`]; [`Quantity::to_brdf`] converts the
@@ -154,7 +153,7 @@ fn log_ratios(
     readings: &[(Directions<f32>, [f32; 3])],
     tile_brdf: [f32; 3],
 ) -> Result<([f32; 3], f32), Error> {
-    let mut logarithms = Repeated::new();
+    let mut logarithms = Repeated::default();
     for (index, (at, reading)) in readings.iter().enumerate() {
         let invalid = Error::with(ErrorCode::TileReading, [index as u32, 0]);
         let is_positive = reading
@@ -170,7 +169,7 @@ fn log_ratios(
         }
         logarithms.add(ratios, false).map_err(|_| invalid)?;
     }
-    let few = logarithms.count() < 3;
+    let few = logarithms.count < 3;
     match (logarithms.mean(), logarithms.variance()) {
         (Some(mean), Some([r, g, b])) if !few => Ok((mean, math::sqrt((r + g + b) / 3.0))),
         _ => Err(Error::new(ErrorCode::TileTooFew)),

@@ -12,7 +12,6 @@ const SEED_STEP: u32 = 0x9E37_79B1;
 
 /// The device's side of the link. It sends requests and recognizes their replies.
 #[derive(Debug, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DeviceEnd {
     sequence: u32,
     reader: FrameReader,
@@ -28,10 +27,10 @@ impl DeviceEnd {
     /// may accept a late reply as the reply to a new request with the same number, if both requests are of the same
     /// kind.
     #[must_use]
-    pub const fn new(seed: u32) -> Self {
+    pub fn new(seed: u32) -> Self {
         Self {
             sequence: seed.wrapping_mul(SEED_STEP),
-            reader: FrameReader::new(),
+            reader: FrameReader::default(),
         }
     }
 
@@ -63,7 +62,6 @@ impl DeviceEnd {
 
 /// A request that the host received.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Received {
     /// A request that was not received before.
@@ -76,31 +74,15 @@ pub enum Received {
 
 /// The host's side of the link. It receives requests, and answers a repeated request with the same reply.
 #[derive(Debug, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct HostEnd {
     reader: FrameReader,
-    sequence: u32,
-    /// The CRC of the last request.
-    request_checksum: u32,
+    /// The sequence number and the CRC of the last request.
+    request: Option<(u32, u32)>,
     /// The reply to the last request, if there is one yet.
     reply: Option<Reply>,
-    /// True after the first request.
-    has_received: bool,
 }
 
 impl HostEnd {
-    /// Creates an end that has received nothing.
-    #[must_use]
-    pub const fn new() -> Self {
-        Self {
-            reader: FrameReader::new(),
-            sequence: 0,
-            request_checksum: 0,
-            reply: None,
-            has_received: false,
-        }
-    }
-
     /// Receives a byte. At the end of a request, it writes the frame to send into `buffer`: the reply of `respond`, or to
     /// a repeated request the same reply again. Without a reply the request is pending until [`reply`](Self::reply).
     pub fn answer<'b>(
@@ -127,17 +109,12 @@ impl HostEnd {
         };
         // The message is compared too: a device without a source of seeds repeats its sequence numbers after a reset.
         // A request with an old number may then be a different one, for example `Hello` with another recipe.
-        let checksum = checksum_of(sequence, &request);
-        if self.has_received && sequence == self.sequence && checksum == self.request_checksum {
-            return Some(Ok(self
-                .reply
-                .clone()
-                .map_or(Received::Pending, Received::Duplicate)));
+        let received = Some((sequence, checksum_of(sequence, &request)));
+        if received == self.request {
+            let reply = self.reply.clone();
+            return Some(Ok(reply.map_or(Received::Pending, Received::Duplicate)));
         }
-        self.sequence = sequence;
-        self.request_checksum = checksum;
-        self.reply = None;
-        self.has_received = true;
+        (self.request, self.reply) = (received, None);
         Some(Ok(Received::New(request)))
     }
 
@@ -146,7 +123,8 @@ impl HostEnd {
     /// # Errors
     /// [`ErrorCode::FrameTooLong`] if the frame does not fit into `buffer`. [`FRAME_BYTES`] suffice.
     pub fn reply<'b>(&mut self, reply: Reply, buffer: &'b mut [u8]) -> Result<&'b [u8], Error> {
-        let frame = encode(self.sequence, &reply, buffer);
+        let (sequence, _) = self.request.unwrap_or_default();
+        let frame = encode(sequence, &reply, buffer);
         self.reply = Some(reply);
         frame
     }

@@ -5,7 +5,7 @@ use heapless::Vec;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::VALUES_PER_FRAME;
+use super::message::VALUES_PER_FRAME;
 use crate::checksum::crc_32;
 use crate::error::{Error, ErrorCode};
 
@@ -56,32 +56,25 @@ pub(super) fn checksum_of<T: Serialize>(sequence: u32, message: &T) -> u32 {
 
 /// A decoder that finds frames in a stream of bytes.
 #[derive(Debug)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FrameReader {
     /// The decoded part of the current frame, with its checksum.
     content: Vec<u8, CONTENT_BYTES>,
-    #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     cobs: DecoderState,
     overflowed: bool,
 }
 
 impl Default for FrameReader {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl FrameReader {
     /// Creates a reader that expects the start of a frame.
-    #[must_use]
-    pub const fn new() -> Self {
+    fn default() -> Self {
         Self {
             content: Vec::new(),
             cobs: DecoderState::Idle,
             overflowed: false,
         }
     }
+}
 
+impl FrameReader {
     /// Receives a byte. At the end of a frame it returns the sequence number and the message, or the error of the
     /// frame. An error does not affect the next frame.
     pub fn push<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<(u32, T), Error>> {

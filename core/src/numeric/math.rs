@@ -21,6 +21,9 @@ compile_error!("glimpse-core needs the feature `libm` (default) or `micromath`")
 mod atan2;
 mod sin_cos;
 
+pub use atan2::atan2;
+pub use sin_cos::sin_cos;
+
 #[cfg(feature = "micromath")]
 mod implementation {
     use micromath::F32Ext;
@@ -82,18 +85,4 @@ pub fn ln(x: f32) -> f32 {
 #[must_use]
 pub fn sqrt(x: f32) -> f32 {
     implementation::sqrt(x)
-}
-
-/// Sine and cosine of `x` in radians.
-#[inline(never)]
-#[must_use]
-pub fn sin_cos(x: f32) -> (f32, f32) {
-    sin_cos::sin_cos(x)
-}
-
-/// The angle between the x axis and the point (`x`, `y`) in radians, in \[-pi, pi\]; 0 for (0, 0).
-#[inline(never)]
-#[must_use]
-pub fn atan2(y: f32, x: f32) -> f32 {
-    atan2::atan2(y, x)
 }

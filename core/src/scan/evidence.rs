@@ -19,7 +19,6 @@ pub struct Evidence {
 /// The limits of a scan's [`Evidence`]. A result beyond one of them is [implausible](super::Residual::implausible). 0, a negative
 /// number or NaN: not limited, and the readings that it needs are not made.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct EvidenceLimits {
     /// The largest [`Evidence::dark`]. 0 if the lamp cannot be switched.
     pub dark: f32,

@@ -50,7 +50,7 @@ fn reports_damaged_recipe() {
 #[test]
 fn requests_repeat_every_100_ms_by_wall_clock() {
     let mut emulator = Emulator::boot_with(&[]);
-    let mut reader = FrameReader::new();
+    let mut reader = FrameReader::default();
     let mut requests = Vec::new();
     let mut byte = [0];
     while requests.len() <= 20 {
@@ -109,7 +109,7 @@ fn serve(
 ) -> (Vec<Request>, Option<ScanReport>) {
     let mut line = MonitoredLine {
         stream: &emulator.serial,
-        reader: FrameReader::new(),
+        reader: FrameReader::default(),
         requests: Vec::new(),
         stops: &stops,
     };

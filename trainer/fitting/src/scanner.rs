@@ -206,7 +206,7 @@ impl<'a> VirtualScanner<'a> {
             material: None,
             noise: Noise::default(),
             seed: 0,
-            end: HostEnd::new(),
+            end: HostEnd::default(),
             scan: None,
             scan_count: 0,
         }

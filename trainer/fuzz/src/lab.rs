@@ -60,7 +60,7 @@ pub(crate) fn check_readings(bytes: &[u8]) {
 fn check_samples(readings: &Readings) {
     let samples = &readings.samples;
     assert_eq!(samples.len(), readings.recipe.file.recipe().samples());
-    let counts = samples.iter().map(|sample| sample.brdf.count() as usize);
+    let counts = samples.iter().map(|sample| sample.brdf.count as usize);
     let count = counts.sum::<usize>();
     assert!(count == readings.rows.readings().len() && count > 0);
     let means = samples.iter().filter_map(|sample| sample.brdf.mean());

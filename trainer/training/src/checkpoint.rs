@@ -271,13 +271,39 @@ mod tests {
     }
 
     #[test]
-    fn rejects_damaged_checkpoints_and_those_of_another_run() {
+    fn rejects_truncated_and_corrupted_checkpoints() {
         let original = checkpoint();
         let scratch = tempfile::tempdir().expect("a temporary directory");
         let path = Checkpoint::path(scratch.path(), 0);
         original.write(&path).expect("the file is written");
         let read = Checkpoint::read(&path, &RUN).expect("the file is intact");
         assert_eq!(read, Some(original));
+        let bytes = fs::read(&path).expect("the file exists");
+        for length in 0..bytes.len() {
+            fs::write(&path, &bytes[..length]).expect("the file is written");
+            let error = Checkpoint::read(&path, &RUN).expect_err("the file is truncated");
+            assert!(matches!(error, CheckpointError::Damaged { .. }), "{error}");
+        }
+        for position in 0..bytes.len() {
+            let mut other = bytes.clone();
+            other[position] ^= 0x40;
+            fs::write(&path, other).expect("the file is written");
+            let error = Checkpoint::read(&path, &RUN).expect_err("a byte differs");
+            let is_version = matches!(error, CheckpointError::OtherVersion { .. });
+            assert_eq!(is_version, position == MAGIC.len(), "{error}");
+            let is_damaged = matches!(error, CheckpointError::Damaged { .. });
+            assert_eq!(is_damaged, !is_version, "{error}");
+        }
+        fs::write(&path, [&bytes[..], &[0]].concat()).expect("the file is written");
+        let error = Checkpoint::read(&path, &RUN).expect_err("the file has a trailing byte");
+        assert!(matches!(error, CheckpointError::Damaged { .. }), "{error}");
+    }
+
+    #[test]
+    fn rejects_checkpoint_of_another_run() {
+        let scratch = tempfile::tempdir().expect("a temporary directory");
+        let path = Checkpoint::path(scratch.path(), 0);
+        checkpoint().write(&path).expect("the file is written");
         for other in [
             RunIdentity { options: 1, ..RUN },
             RunIdentity {
@@ -285,31 +311,14 @@ mod tests {
                 ..RUN
             },
         ] {
-            let error = Checkpoint::read(&path, &other).expect_err("the run differs");
-            let CheckpointError::OtherRun {
-                expected, actual, ..
-            } = error
-            else {
-                panic!("{error}")
-            };
-            assert_eq!((expected, actual), (other, RUN));
-        }
-
-        let bytes = fs::read(&path).expect("the file exists");
-        let assert_damaged = |bytes: &[u8], is_version: bool| {
-            fs::write(&path, bytes).expect("the file is written");
-            match Checkpoint::read(&path, &RUN).expect_err("the file is damaged") {
-                CheckpointError::OtherVersion { .. } => assert!(is_version),
-                CheckpointError::Damaged { .. } => assert!(!is_version),
+            match Checkpoint::read(&path, &other).expect_err("the run differs") {
+                CheckpointError::OtherRun {
+                    expected, actual, ..
+                } => {
+                    assert_eq!((expected, actual), (other, RUN));
+                }
                 error => panic!("{error}"),
             }
-        };
-        for position in 0..bytes.len() {
-            assert_damaged(&bytes[..position], false);
-            let mut other = bytes.clone();
-            other[position] ^= 0x40;
-            assert_damaged(&other, position == MAGIC.len());
         }
-        assert_damaged(&[&bytes[..], &[0]].concat(), false);
     }
 }

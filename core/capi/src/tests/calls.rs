@@ -101,7 +101,7 @@ fn driver_exchanges_bytes() {
     let frame = [send(driver, 3), send(driver, usize::MAX)].concat();
     assert_eq!(poll(driver, 30).kind, Kind::Wait);
     assert_eq!(poll_delay(driver, 90), 40);
-    let (mut end, mut buffer, mut replies) = (HostEnd::new(), [0; FRAME_BYTES], Vec::new());
+    let (mut end, mut buffer, mut replies) = (HostEnd::default(), [0; FRAME_BYTES], Vec::new());
     for byte in frame {
         let welcome = |_| Some(Reply::Welcome { protocol: PROTOCOL });
         replies.extend(end.answer(byte, &mut buffer, welcome).unwrap_or(&[]));

@@ -39,7 +39,7 @@ fn read_sensor(at: &Directions<f32>) -> Reading {
     let highlight = 0.9 * lobes * grazing;
     let light = 9000.0 * at.incoming[2];
     let brdf = [0.12 + highlight, 0.05 + highlight, 0.03 + 0.9 * highlight];
-    let mut repeated = Repeated::new();
+    let mut repeated = Repeated::default();
     for time in [0.0, 1.0] {
         let counts = brdf.map(|brdf| 100.0 + time + light * brdf);
         repeated.add(counts, false).unwrap();

@@ -3,7 +3,7 @@
 use crate::numeric::Scalar;
 
 /// An encoding of weights, which converts them to scalars.
-pub trait Encoding<S: Scalar>: Sized {
+pub trait Encoding<S: Scalar>: Copy {
     /// An entry of a weight matrix.
     type Weight: Copy;
     /// A bias or a scale of a row.

@@ -27,7 +27,7 @@ fn limit<S: Scalar>(coefficients: [&[S]; 3]) -> (S, S) {
 /// a is the list of the coefficients of red, of green, and of blue. The factor s limits the length of s a to
 /// [`MAX_RMS`] times that of a list of ones: far from the training set, the map would be arbitrary. Phi are the initial
 /// parameters in the recipe's descent.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct StartNet<'a, S: Scalar, E: Encoding<S>> {
     /// P, g rows of 3 m.
     pub hidden: &'a [E::Weight],
@@ -40,13 +40,6 @@ pub struct StartNet<'a, S: Scalar, E: Encoding<S>> {
     /// The factor of each row of U; empty for factors of 1.
     pub output_scales: &'a [E::Number],
 }
-
-impl<S: Scalar, E: Encoding<S>> Clone for StartNet<'_, S, E> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-impl<S: Scalar, E: Encoding<S>> Copy for StartNet<'_, S, E> {}
 
 impl<S: Scalar, E: Encoding<S>> StartNet<'_, S, E> {
     /// g, the number of units.

@@ -19,7 +19,6 @@ const POLE: f32 = 1e-12;
 
 /// Number of nodes of a compact basis along each of its axes, at least two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Nodes {
     /// Along u, a function of theta_h.
     pub theta_h: u16,

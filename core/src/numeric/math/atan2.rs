@@ -6,9 +6,9 @@ use core::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 const MAX_RATIO: f32 = 0.414_213_57;
 
 /// The angle between the x axis and (`x`, `y`) in radians, in \[-pi, pi\]; 0 for (0, 0).
-#[inline]
+#[inline(never)]
 #[must_use]
-pub(super) fn atan2(y: f32, x: f32) -> f32 {
+pub fn atan2(y: f32, x: f32) -> f32 {
     let (height, width) = (y.abs(), x.abs());
     let steep = height > width;
     let (small, large) = if steep {

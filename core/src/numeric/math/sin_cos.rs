@@ -8,9 +8,9 @@ use core::f32::consts::FRAC_2_PI;
 const QUARTER: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
 
 /// Sine and cosine of `x` in radians, |x| up to a few thousand.
-#[inline]
+#[inline(never)]
 #[must_use]
-pub(super) fn sin_cos(x: f32) -> (f32, f32) {
+pub fn sin_cos(x: f32) -> (f32, f32) {
     // x = quarters pi / 2 + r, |r| <= pi / 4.
     let quarters = (x * FRAC_2_PI + 0.5_f32.copysign(x)) as i32;
     let count = quarters as f32;

@@ -229,7 +229,7 @@ impl World {
             recipe,
             driver: Some(Driver::new(new_scan(recipe), config)),
             host: Computer {
-                end: HostEnd::new(),
+                end: HostEnd::default(),
                 request: Request::Failed(Error::new(ErrorCode::Machine)),
                 mood: Mood::Good,
                 given: Readings::new(),
@@ -334,7 +334,7 @@ impl World {
             188..194 => self.host.mood = Mood::Good,
             194 => {
                 self.host.given.clear();
-                self.host.end = HostEnd::new();
+                self.host.end = HostEnd::default();
             }
             _ => {}
         }
@@ -667,7 +667,7 @@ impl World {
 
     /// Compares the result with a separate fit of the same readings.
     fn check_result(&self) {
-        let mut scan = new_scan(self.recipe);
+        let mut scan = new_scan::<Any>(self.recipe);
         for (index, reading) in readings_of(self.scan()) {
             scan.record(index, reading).unwrap();
         }

@@ -87,7 +87,7 @@ fn missing_axes_limit_reach() {
     assert_eq!(error.code, ErrorCode::MaxThetaI);
 }
 
-/// An invalid limit is not decoded either. A limit that is NaN was no limit.
+/// A limit that is NaN was no limit.
 #[test]
 fn names_fields_out_of_range() {
     const INVALID: [f32; 5] = [f32::NAN, 0.0, -0.1, 1.6, f32::INFINITY];
@@ -102,23 +102,16 @@ fn names_fields_out_of_range() {
             [f32::NAN, -0.1, 2.4, 3.2, f32::INFINITY],
         ),
     ];
-    let decoded = |limits: &Limits| {
-        let mut buffer = [0; 16];
-        let bytes = postcard::to_slice(limits, &mut buffer).unwrap();
-        postcard::from_bytes(bytes)
-    };
     for (name, set, invalid) in fields {
         for x in invalid {
             let mut limits = limits();
             set(&mut limits, x);
             let error = limits.validate().unwrap_err();
             assert_eq!((error.code, error.field), (ErrorCode::Limits, name));
-            assert!(decoded(&limits).is_err(), "{name} {x}");
             let reaches = limits.check(&at([30.0, 0.0, 40.0, 180.0])).is_ok();
             assert!(!(x.is_nan() && reaches), "{name}");
         }
     }
-    assert_eq!(decoded(&limits()), Ok(limits()));
     let widest = Limits {
         max_theta_i: FRAC_PI_2,
         max_theta_o: FRAC_PI_2,
@@ -126,7 +119,6 @@ fn names_fields_out_of_range() {
         in_plane: true,
     };
     assert_eq!(widest.validate(), Ok(()));
-    assert_eq!(Limits::default(), Limits::NONE);
     assert_eq!(Limits::NONE.validate(), Ok(()));
 }
 

@@ -150,7 +150,7 @@ fn link() {
     let length = any(frame.len());
     let frame = frame.get_mut(..length).unwrap_or_default();
     let mut device = DeviceEnd::new(any(1));
-    let mut host = HostEnd::new();
+    let mut host = HostEnd::default();
     let request = black_box(Request::Values {
         offset: any(0),
         total: any(0),

@@ -95,7 +95,7 @@ impl Selection {
         let known = known_readings(&readings.samples);
         if tolerates_missing {
             for (index, sample) in readings.samples.iter_mut().enumerate() {
-                if sample.brdf.saturated() && known.binary_search(&index).is_err() {
+                if sample.brdf.saturated && known.binary_search(&index).is_err() {
                     sample.status = ReadingStatus::Saturated;
                 } else if !keep_all && outliers.excluded == Some(index) {
                     sample.status = ReadingStatus::Outlier;

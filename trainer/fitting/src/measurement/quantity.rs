@@ -161,7 +161,7 @@ impl CountCalibration {
                 },
                 other => other,
             })?;
-        let mut whites = vec![Repeated::new(); directions.len()];
+        let mut whites = vec![Repeated::default(); directions.len()];
         for (row, sample) in rows.readings().iter().zip(placement.of_rows) {
             let added = whites[sample].add(self.counts(row)?, false);
             added.map_err(|error| rows.reading_error(row, error))?;

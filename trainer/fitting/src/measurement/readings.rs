@@ -50,7 +50,7 @@ impl SampleReading {
     pub fn new(angles: Angles<f32>) -> Self {
         Self {
             angles,
-            brdf: Repeated::new(),
+            brdf: Repeated::default(),
             bands: Vec::new(),
             noise: 0.0,
             status: ReadingStatus::Missing,
@@ -166,7 +166,7 @@ impl Readings {
             sample.status = ReadingStatus::Used;
         }
         for sample in &mut samples {
-            let count = sample.brdf.count() as f32;
+            let count = sample.brdf.count as f32;
             sample.bands.iter_mut().for_each(|sum| *sum /= count);
         }
         Ok(Self {
@@ -197,9 +197,8 @@ impl Readings {
 /// Returns the indices of the samples with known readings: those of saturated ones are unknown, unless all are saturated.
 pub(super) fn known_readings(samples: &[SampleReading]) -> Vec<usize> {
     let with_reading = |saturated: bool| -> Vec<usize> {
-        let is_known = |sample: &SampleReading| {
-            sample.brdf.count() > 0 && (saturated || !sample.brdf.saturated())
-        };
+        let is_known =
+            |sample: &SampleReading| sample.brdf.count > 0 && (saturated || !sample.brdf.saturated);
         (0..samples.len())
             .filter(|index| is_known(&samples[*index]))
             .collect()

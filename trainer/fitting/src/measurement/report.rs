@@ -191,12 +191,12 @@ impl ReadingSummary {
                     status: samples[sample].status,
                 })
                 .collect(),
-            saturated: samples_where(|sample| sample.brdf.saturated()),
+            saturated: samples_where(|sample| sample.brdf.saturated),
             no_light: samples_where(|sample| {
                 let mean = sample.brdf.mean();
                 mean.is_some_and(|mean| mean.into_iter().all(|value| value <= 0.0))
             }),
-            repeated: samples_where(|sample| sample.brdf.count() > 1).len(),
+            repeated: samples_where(|sample| sample.brdf.count > 1).len(),
             largest_spread: most_spread.map(|(_, spread)| spread),
             most_spread: most_spread.map(|(index, _)| index),
             outliers: outliers.samples.iter().filter_map(outlier).collect(),
@@ -281,8 +281,8 @@ impl Fit {
             csv += &format!(
                 "{index},{theta_i:.5},0,{theta_o:.5},{phi:.5},{},brdf,{},{},{},{},{},{},{},{}\n",
                 rgb(sample.brdf.mean()),
-                u8::from(sample.brdf.saturated()),
-                sample.brdf.count(),
+                u8::from(sample.brdf.saturated),
+                sample.brdf.count,
                 spread.map_or_else(String::new, |spread| format!("{spread:.4}")),
                 rgb(Some(self.material.at_angles(sample.angles))),
                 rgb(Some(deviation)),

@@ -1,6 +1,5 @@
 //! The sections of a recipe from the numbers of a training.
 
-use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::fit::{Net, Ridge, Start};
 use glimpse_core::geometry::Angles;
 use glimpse_core::numeric::{Floats, PackedRows};
@@ -60,15 +59,9 @@ impl Arena {
         }
     }
 
-    /// Returns the network from readings to coefficients, with a policy for missing readings and the scale of centered
-    /// logarithms.
-    pub fn net(
-        &self,
-        shape: Shape,
-        weights: &[f32],
-        missing: MissingPolicy,
-        scale: f32,
-    ) -> Net<'_> {
+    /// Returns the network from readings to coefficients, which tolerates missing readings if `missing` is true. `scale` is that
+    /// of centered logarithms.
+    pub fn net(&self, shape: Shape, weights: &[f32], missing: bool, scale: f32) -> Net<'_> {
         let rows = shape.rows();
         let [readings, bias, output] = split_lists(weights, shape.coefficient_net_lengths());
         let (readings, reading_scales) = self.weights(readings, rows, |index| index % rows);
@@ -77,7 +70,7 @@ impl Arena {
         Net {
             bias: self.floats(bias),
             components: count(shape.components),
-            missing: missing as u8,
+            missing: if missing { 2 } else { 0 },
             scale,
             readings,
             reading_scales,

@@ -1,5 +1,6 @@
 //! The coefficients of tasks from their readings, their losses, and the evidence of the readings.
 
+use glimpse_core::fit::coefficient_net::dropout_gain;
 use glimpse_fitting::linear::{ComponentsAt, add_scaled, bounded_precision};
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 
@@ -89,8 +90,8 @@ impl<'v> Prepared<'v> {
 
     /// Returns the dropout gain of the present readings.
     pub(super) fn gain(&self, present: &[bool]) -> f32 {
-        let missing = self.subset.dataset.reading_options.missing_policy();
-        missing.dropout_gain(present.iter().copied())
+        let options = &self.subset.dataset.reading_options;
+        dropout_gain(options.tolerates_missing(), present.iter().copied())
     }
 }
 

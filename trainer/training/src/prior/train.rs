@@ -100,7 +100,7 @@ pub(super) fn train<'a>(
             net: Some(arena.net(
                 objective.shape,
                 &values.coefficient_net,
-                dataset.reading_options.missing_policy(),
+                dataset.reading_options.tolerates_missing(),
                 LOG_SCALE,
             )),
             start: refinement.map(|(start, _)| start),

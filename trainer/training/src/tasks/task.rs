@@ -3,7 +3,6 @@
 //! The augmented material of a task is a mixture of a filtered material and a partner, each with a highlight warp. A
 //! smooth field multiplies the mixture.
 
-use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_fitting::recipe::Noise;
 use glimpse_kernels::lanes::WIDTH;
 use glimpse_kernels::samples::OctetRgb;
@@ -25,14 +24,10 @@ pub struct ReadingOptions {
 }
 
 impl ReadingOptions {
-    /// Returns the policy for missing readings in the recipe.
+    /// Returns true if the recipe tolerates missing readings.
     #[must_use]
-    pub fn missing_policy(&self) -> MissingPolicy {
-        if self.missing_share > 0.0 {
-            MissingPolicy::Scaled
-        } else {
-            MissingPolicy::AllRequired
-        }
+    pub fn tolerates_missing(&self) -> bool {
+        self.missing_share > 0.0
     }
 }
 

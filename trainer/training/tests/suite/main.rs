@@ -1,8 +1,9 @@
-//! Tests of training: tables of the model Linear, meta-gradients and recipes.
+//! Tests of training: tables of the model Linear, meta-gradients, nets and recipes.
 
 mod linear;
 mod meta_gradient;
 mod metadata;
+mod nets;
 mod options;
 mod scan_budget;
 mod support;

@@ -61,7 +61,7 @@ fn converts_counts_with_white() {
     let message = error_message(read_counts("index,value\n1,500\n", white, None));
     assert_names(&message, &["2", "1"]);
     let saturated = read_counts("index,value\n0,4000\n", white, None).expect("the file is read");
-    assert!(saturated.samples[0].brdf.saturated());
+    assert!(saturated.samples[0].brdf.saturated);
 
     // With a single reading at normal incidence, one cosine remains.
     let single_row = "theta_i,phi_i,theta_o,phi_o,value\n0,0,0,0,1100\n";

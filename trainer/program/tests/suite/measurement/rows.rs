@@ -40,13 +40,13 @@ fn accepts_single_channel_and_index() {
     let text = "Index,Value,saturated\n2.0,0.5,1\n0,0.25,0\n";
     let read = read_brdf(text).expect("the file is read");
     assert_eq!(read.samples[2].brdf.mean(), Some([0.5; 3]));
-    assert!(read.samples[2].brdf.saturated() && !read.samples[0].brdf.saturated());
+    assert!(read.samples[2].brdf.saturated && !read.samples[0].brdf.saturated);
     assert_eq!(read.with_status(ReadingStatus::Missing), [1]);
     assert_eq!(read.max_distance, None);
     // With an index, angles are optional; if present, they are checked.
     let text = "theta_h,index,theta_d,phi_d,value\n,1,,,0.5\n20,1,10,90.2,0.7\n";
     let read = read_brdf(text).expect("the file is read");
-    assert_eq!(read.samples[1].brdf.count(), 2);
+    assert_eq!(read.samples[1].brdf.count, 2);
 }
 
 #[test]

@@ -96,7 +96,7 @@ fn reads_flags() {
     ] {
         let read =
             read_brdf(&format!("index,value,saturated\n0,1,{flag}\n")).expect("the file is read");
-        assert_eq!(read.samples[0].brdf.saturated(), expected, "{flag}");
+        assert_eq!(read.samples[0].brdf.saturated, expected, "{flag}");
     }
 }
 

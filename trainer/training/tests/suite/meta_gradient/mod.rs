@@ -1,6 +1,7 @@
 //! Tests of the meta-gradient: against forward mode, on lanes, on different numbers of threads, with respect to a pattern's
 //! logits, and over a batch.
 
+mod determinism;
 mod extremes;
 mod forward;
 mod lanes;
