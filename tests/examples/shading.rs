@@ -28,8 +28,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let shading = match share.first() {
         Some(share) => {
-            let shares = vec![share.parse()?; model.parameters().len()];
-            Shading::from_shares(model, &shares).ok_or("the share is not 0 to 1")?
+            let share: f64 = share.parse()?;
+            let values = model.parameters().iter().map(|parameter| {
+                let [min, max] = parameter.bounds;
+                min + share * (max - min)
+            });
+            let values = values.collect();
+            Shading { model, values }
         }
         None => fit(&**material, model)?,
     };

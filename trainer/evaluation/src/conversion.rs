@@ -17,7 +17,6 @@ use glimpse_materials::{
 };
 
 use crate::evaluation::{EvaluationError, Method, OPTIMUM_STEPS, compare};
-use crate::metrics::CompareError;
 use crate::shading::{self, ShadingError, ShadingModel};
 
 /// An error in converting a material.
@@ -32,9 +31,6 @@ pub enum ConversionError {
     /// No shading model can be fitted to the material.
     #[error(transparent)]
     Shading(#[from] ShadingError),
-    /// Pictures cannot be compared. Does not happen in practice because all have the same size.
-    #[error(transparent)]
-    Compare(#[from] CompareError),
     /// The written file cannot be read.
     #[error(transparent)]
     Source(#[from] SourceError),
@@ -127,9 +123,10 @@ impl OutputFormat {
     #[must_use]
     pub fn from_ending(path: &Path) -> Option<Self> {
         let name = path.file_name()?.to_str()?;
-        let is_shading = |format: &Self| matches!(format, Self::Shading(model) if name.ends_with(model.suffix()));
+        let mut models = ShadingModel::ALL.into_iter();
+        let model = models.find(|model| name.ends_with(model.suffix()));
         let format = Format::from_ending(path).map(Self::Brdf);
-        format.or_else(|| Self::ALL.into_iter().find(is_shading))
+        format.or(model.map(Self::Shading))
     }
 
     /// Returns the ends of the names of written files, one for each file.
@@ -293,7 +290,7 @@ pub fn encode(
         }
         OutputFormat::Shading(model) => {
             let shading = shading::fit(material, model)?;
-            let metrics = compare(&shading, material)?;
+            let metrics = compare(&shading, material);
             let file = shading.to_file(name, &metrics);
             Ok(Encoded {
                 shading: Some(WrittenErrors {

@@ -37,11 +37,11 @@ pub(crate) fn compare<'py>(
     let compared = run_detached(py, || {
         let (materials, _) = materials.load()?;
         let rows = materials.par_iter().map(|material| {
-            let metrics = compare_brdf(&**material, &*reference)?;
+            let metrics = compare_brdf(&**material, &*reference);
             let name = material.name().to_owned();
-            Ok(Comparison { name, metrics })
+            Comparison { name, metrics }
         });
-        rows.collect::<Result<Vec<Comparison>>>()
+        Result::Ok(rows.collect::<Vec<Comparison>>())
     })?;
     to_python(py, compared?)
 }

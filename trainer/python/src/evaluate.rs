@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use glimpse_evaluation::evaluation::{Degradation, Evaluator, Method, TrainingMaterials};
+use glimpse_evaluation::evaluation::{Degradation, Evaluator, Method};
 use pyo3::prelude::*;
 
 use crate::arrays::to_python;
@@ -57,18 +57,14 @@ pub(crate) fn evaluate<'py>(
     let recipe = recipe.get();
     let parsed = recipe.recipe();
     degradation.validate(parsed.samples(), Some(&parsed))?;
-    let trained_on = TrainingMaterials::from_recipe(&parsed)?;
-    let mut method = Method::with_recipe(&parsed, recipe.0.basis.as_deref())?;
+    let mut method = Method::with_recipe(&parsed, recipe.0.basis.as_deref(), None)?;
     method.degradation = degradation;
     let materials = MaterialArgs::parse(materials, &[])?;
     let report = |stop: &AtomicBool| {
         let (materials, _) = materials.load()?;
         let evaluator = Evaluator::new(&materials);
         let report = evaluator.evaluate_with_progress(&method, seed, seeds, &|| {}, stop)?;
-        Result::Ok(match &trained_on {
-            Some(trained_on) => report.with_overlaps(trained_on, &materials),
-            None => report,
-        })
+        Result::Ok(report.with_overlaps(&recipe.0.file.metadata().materials, &materials))
     };
     to_python(py, run_interruptible(py, |_| Ok(()), report)??)
 }

@@ -37,8 +37,10 @@ pub struct RecipeScan {
 pub struct Reference {
     name: String,
     table: Vec<u8>,
-    table_loss: f64,
-    reference_values: Vec<f32>,
+    /// Loss of the displayed table against the material.
+    pub table_loss: f64,
+    /// Angles and BRDF values, little-endian.
+    reference_values: Vec<u8>,
 }
 
 impl Reference {
@@ -56,8 +58,8 @@ impl Reference {
         let table_loss = loss_between(&tabulated, material);
         let mut reference_values = Vec::new();
         for angles in coarse_directions() {
-            reference_values.extend(angles.to_array());
-            reference_values.extend(material.at_angles(angles));
+            let numbers = [angles.to_array(), material.at_angles(angles)];
+            reference_values.extend(numbers.as_flattened().iter().flat_map(|x| x.to_le_bytes()));
         }
         Self {
             name: material.name().to_owned(),
@@ -67,23 +69,12 @@ impl Reference {
         }
     }
 
-    /// Returns the loss of the displayed table against the material.
-    #[must_use]
-    pub fn table_loss(&self) -> f64 {
-        self.table_loss
-    }
-
     fn to_json(&self) -> Value {
-        let reference_values: Vec<u8> = self
-            .reference_values
-            .iter()
-            .flat_map(|number| number.to_le_bytes())
-            .collect();
         json!({
             "name": self.name,
             "table": STANDARD.encode(&self.table),
             "table_loss": self.table_loss,
-            "judge": STANDARD.encode(reference_values),
+            "judge": STANDARD.encode(&self.reference_values),
         })
     }
 }

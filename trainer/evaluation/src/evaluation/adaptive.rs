@@ -8,6 +8,7 @@ use glimpse_kernels::scan::scan_with_missing;
 use glimpse_materials::basis::Basis;
 
 use super::EvaluationError;
+use super::outcome::Outcome;
 use super::reader::Reader;
 
 /// A recipe for readings at any directions, and a machine that reads where the expected loss decreases most.
@@ -29,22 +30,12 @@ pub struct Adaptive<'a> {
     pub position: Option<Position>,
 }
 
-/// An adaptive scan of one material.
-pub(super) struct AdaptiveScan {
-    /// The fitted coefficients or parameters.
-    pub(super) values: Vec<f32>,
-    /// The posterior of the material.
-    pub(super) posterior: Posterior,
-    /// The time of motion and readings, in seconds; None without a machine.
-    pub(super) seconds: Option<f64>,
-}
-
 impl Adaptive<'_> {
     /// Scans a material.
     ///
     /// # Errors
     /// [`EvaluationError::Scan`], or [`EvaluationError::Unreachable`] if no direction is within the limits.
-    pub(super) fn scan(&self, reader: &mut Reader<'_>) -> Result<AdaptiveScan, EvaluationError> {
+    pub(super) fn scan(&self, reader: &mut Reader<'_>) -> Result<Outcome, EvaluationError> {
         let mut position = self.position.clone();
         let mut seconds = 0.0;
         let mut readings: Vec<PosteriorReading> = Vec::new();
@@ -66,11 +57,13 @@ impl Adaptive<'_> {
             .file
             .at_directions(self.basis, &directions, &[])
             .map_err(|_| EvaluationError::Unreachable)?;
-        let mut values = readings.iter().map(|reading| reading.brdf);
-        Ok(AdaptiveScan {
-            values: scan_with_missing(&file.recipe(), &mut |_, _| values.next())?.values,
-            posterior: posterior(&readings)?,
+        let (recipe, mut brdfs) = (file.recipe(), readings.iter().map(|reading| reading.brdf));
+        let values = scan_with_missing(&recipe, &mut |_, _| brdfs.next())?.values;
+        let outcome = Outcome::new(recipe.model(), values, Some(self.basis))?;
+        Ok(Outcome {
+            prediction: Some(posterior(&readings)?.loss(&*outcome.fitted)),
             seconds: self.position.as_ref().map(|_| seconds),
+            ..outcome
         })
     }
 }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::EvaluationError;
 use super::method::Method;
 use super::report::{FitMetrics, Report};
-use crate::metrics::{CompareError, Metrics};
+use crate::metrics::Metrics;
 use crate::render::{Picture, render_sphere};
 
 /// The width and height of rendered spheres, in pixels.
@@ -39,26 +39,20 @@ impl Reference {
     }
 
     /// Compares a BRDF with the material. Returns the metrics and the sphere of the BRDF.
-    fn compare(
-        &self,
-        brdf: &dyn Brdf,
-        at: &[HalfDifference<f32>],
-    ) -> Result<(Metrics, Picture), CompareError> {
+    fn compare(&self, brdf: &dyn Brdf, at: &[HalfDifference<f32>]) -> (Metrics, Picture) {
         let loss = mean_log_error(brdf, at, &self.values);
         let sphere = render_sphere(brdf, SPHERE_SIZE).tone_map();
-        let metrics = Metrics::from_spheres(loss, &self.sphere, &sphere)?;
-        Ok((metrics, sphere))
+        let metrics = Metrics::from_spheres(loss, &self.sphere, &sphere);
+        (metrics, sphere)
     }
 }
 
 /// Compares a BRDF with a material in the built-in studio.
-///
-/// # Errors
-/// None in practice: both pictures have the same size.
-pub fn compare(brdf: &dyn Brdf, material: &dyn Material) -> Result<Metrics, CompareError> {
+#[must_use]
+pub fn compare(brdf: &dyn Brdf, material: &dyn Material) -> Metrics {
     let at = loss_directions();
     let reference = Reference::new(material, &at);
-    Ok(reference.compare(brdf, &at)?.0)
+    reference.compare(brdf, &at).0
 }
 
 impl<'a> Evaluator<'a> {
@@ -96,14 +90,8 @@ impl<'a> Evaluator<'a> {
     }
 
     /// Compares a BRDF with a material. Returns the metrics and the sphere of the BRDF.
-    ///
-    /// # Errors
-    /// None in practice: all pictures have the same size.
-    pub fn compare(
-        &self,
-        material: usize,
-        fitted: &dyn Brdf,
-    ) -> Result<(Metrics, Picture), CompareError> {
+    #[must_use]
+    pub fn compare(&self, material: usize, fitted: &dyn Brdf) -> (Metrics, Picture) {
         self.references[material].compare(fitted, &self.at)
     }
 
@@ -141,7 +129,7 @@ impl<'a> Evaluator<'a> {
             // Each material and each repetition draws different samples.
             let seed = seed.wrapping_add((offset << 32) | material as u64);
             let outcome = method.fit(&*self.materials[material], seed)?;
-            let (metrics, _) = self.compare(material, &*outcome.fitted)?;
+            let (metrics, _) = self.compare(material, &*outcome.fitted);
             Ok(FitMetrics {
                 metrics,
                 prediction: outcome.prediction,

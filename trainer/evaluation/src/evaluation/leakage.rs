@@ -1,18 +1,7 @@
 //! Detection of data leakage: test materials that a recipe was trained on.
 
-use std::collections::HashSet;
-
-use glimpse_core::recipe::Recipe;
-use glimpse_fitting::recipe::{Metadata, MetadataError};
 use glimpse_materials::{Identity, Material};
 use serde::{Deserialize, Serialize};
-
-/// The names and digests of the materials that a recipe was trained on.
-#[derive(Clone, Debug, Default)]
-pub struct TrainingMaterials {
-    names: HashSet<String>,
-    digests: HashSet<u32>,
-}
 
 /// An overlap of a test material with the training materials.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -27,36 +16,20 @@ pub enum TrainingOverlap {
     Unseen,
 }
 
-impl TrainingMaterials {
-    /// Reads the list in a recipe; None if the recipe has none, for example because it was stripped for flash.
-    ///
-    /// # Errors
-    /// If the recipe's metadata are invalid.
-    pub fn from_recipe(recipe: &Recipe<'_>) -> Result<Option<Self>, MetadataError> {
-        let materials = Metadata::of(recipe)?.materials;
-        Ok((!materials.is_empty()).then(|| materials.into_iter().collect()))
-    }
-
-    /// Returns the overlap of a material with the training materials.
+impl TrainingOverlap {
+    /// Returns the overlap of a material with the training materials. None if they are unknown, which is an empty list: a
+    /// recipe has none after it was stripped for flash.
     #[must_use]
-    pub fn overlap(&self, material: &dyn Material) -> TrainingOverlap {
-        let Identity { name, digest } = Identity::new(material);
-        if self.digests.contains(&digest) {
-            TrainingOverlap::SameBrdf
-        } else if self.names.contains(&name) {
-            TrainingOverlap::SameName
+    pub fn of(material: &dyn Material, trained_on: &[Identity]) -> Option<Self> {
+        let identity = Identity::new(material);
+        let mut others = trained_on.iter();
+        let overlap = if others.clone().any(|other| other.digest == identity.digest) {
+            Self::SameBrdf
+        } else if others.any(|other| other.name == identity.name) {
+            Self::SameName
         } else {
-            TrainingOverlap::Unseen
-        }
-    }
-}
-
-impl FromIterator<Identity> for TrainingMaterials {
-    fn from_iter<I: IntoIterator<Item = Identity>>(materials: I) -> Self {
-        let (names, digests) = materials
-            .into_iter()
-            .map(|Identity { name, digest }| (name, digest))
-            .unzip();
-        Self { names, digests }
+            Self::Unseen
+        };
+        (!trained_on.is_empty()).then_some(overlap)
     }
 }

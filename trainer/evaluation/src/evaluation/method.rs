@@ -6,13 +6,14 @@ use glimpse_core::model::{ModelKind, Sample, Samples, Slot, slot_of};
 use glimpse_core::recipe::Recipe;
 use glimpse_fitting::linear::{CoefficientPrior, ComponentsAt, Posterior, PosteriorReading};
 use glimpse_kernels::ModelKernels;
-use glimpse_kernels::scan::{LossPrediction, scan_with_missing};
+use glimpse_kernels::scan::scan_with_missing;
+use glimpse_materials::Material;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{Brdf, FittedBrdf, Material};
 
 use super::adaptive::Adaptive;
 use super::ggx::Ggx;
+use super::outcome::Outcome;
 use super::reader::{Degradation, Reader};
 use super::{EvaluationError, adam};
 
@@ -32,38 +33,6 @@ pub mod names {
     pub const GGX: &str = "GGX";
     /// The best fit with unlimited samples.
     pub const OPTIMUM: &str = "Optimum";
-}
-
-/// The result of a method for one material.
-pub struct Outcome {
-    /// The fitted BRDF.
-    pub fitted: Box<dyn Brdf + Send>,
-    /// The parameters of the method's model; empty if the fit is not one of the four models.
-    pub values: Vec<f32>,
-    /// The predicted loss, if the method has one.
-    pub prediction: Option<LossPrediction>,
-    /// The time of a scan that chooses directions by seconds, in seconds.
-    pub seconds: Option<f64>,
-}
-
-impl Outcome {
-    /// Creates the result of a fit without a prediction.
-    ///
-    /// # Errors
-    /// [`EvaluationError::Basis`] if the values do not match the model or its basis.
-    fn new(
-        model: ModelKind,
-        values: Vec<f32>,
-        basis: Option<&Basis>,
-    ) -> Result<Self, EvaluationError> {
-        let fitted = FittedBrdf::new(model, values.clone(), basis).ok_or(EvaluationError::Basis)?;
-        Ok(Self {
-            fitted: Box::new(fitted),
-            values,
-            prediction: None,
-            seconds: None,
-        })
-    }
 }
 
 /// The directions that a method measures.
@@ -88,8 +57,10 @@ type Run<'a> = dyn Fn(&mut Reader<'_>, &[Angles<f32>], u64) -> Result<Outcome, E
 
 /// A method: directions to measure a material at, and an algorithm that fits the readings.
 pub struct Method<'a> {
-    name: &'static str,
-    model: ModelKind,
+    /// The name in tables, pictures and reports.
+    pub(super) name: &'static str,
+    /// The model.
+    pub model: ModelKind,
     directions: SampleDirections,
     /// The degradation of readings.
     pub degradation: Degradation,
@@ -121,22 +92,11 @@ impl<'a> Method<'a> {
     }
 
     /// Creates a scan with a recipe: its pattern and its fit, as on a device. Linear needs the recipe's basis, whole or
-    /// compact.
+    /// compact. A prior predicts losses if the recipe does not.
     ///
     /// # Errors
     /// [`EvaluationError::Basis`]
     pub fn with_recipe(
-        recipe: &Recipe<'a>,
-        basis: Option<&'a Basis>,
-    ) -> Result<Self, EvaluationError> {
-        Self::with_prior(recipe, basis, None)
-    }
-
-    /// Creates a scan with a recipe. The prior predicts losses if the recipe does not.
-    ///
-    /// # Errors
-    /// [`EvaluationError::Basis`]
-    pub fn with_prior(
         recipe: &Recipe<'a>,
         basis: Option<&'a Basis>,
         prior: Option<CoefficientPrior>,
@@ -178,13 +138,7 @@ impl<'a> Method<'a> {
         let model = adaptive.file.recipe().model();
         let directions = SampleDirections::Chosen(adaptive.samples);
         Self::new((names::GLIMPSE, model), directions, move |reader, _, _| {
-            let scan = adaptive.scan(reader)?;
-            let outcome = Outcome::new(model, scan.values, Some(adaptive.basis))?;
-            Ok(Outcome {
-                prediction: Some(scan.posterior.loss(&*outcome.fitted)),
-                seconds: scan.seconds,
-                ..outcome
-            })
+            adaptive.scan(reader)
         })
     }
 
@@ -334,18 +288,6 @@ impl<'a> Method<'a> {
             run: Box::new(refined),
             ..self
         }
-    }
-
-    /// Returns the name in tables, pictures and reports.
-    #[must_use]
-    pub fn name(&self) -> &'static str {
-        self.name
-    }
-
-    /// Returns the model.
-    #[must_use]
-    pub fn model(&self) -> ModelKind {
-        self.model
     }
 
     /// Returns the number of samples, n; 0 for the method Optimum.

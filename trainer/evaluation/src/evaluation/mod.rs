@@ -7,6 +7,7 @@ mod evaluator;
 mod ggx;
 mod leakage;
 mod method;
+mod outcome;
 mod reader;
 mod report;
 mod target;
@@ -16,15 +17,14 @@ pub use adaptive::Adaptive;
 pub use estimate::Estimate;
 pub use evaluator::{Evaluator, SPHERE_SIZE, compare};
 pub use glimpse_kernels::scan::{ScanOutcome, scan};
-pub use leakage::{TrainingMaterials, TrainingOverlap};
-pub use method::{LINEAR_OPTIMUM_DIRECTIONS, Method, Outcome, SampleDirections, names};
+pub use leakage::TrainingOverlap;
+pub use method::{LINEAR_OPTIMUM_DIRECTIONS, Method, SampleDirections, names};
+pub use outcome::Outcome;
 pub use reader::{Degradation, Reader};
 pub use report::{MaterialMetrics, Prediction, Report, UnseenLoss};
 pub use target::{TargetReport, TargetScan};
 
 use glimpse_materials::setting::Name;
-
-use crate::metrics::CompareError;
 
 /// An error of evaluating a method.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -91,7 +91,4 @@ pub enum EvaluationError {
     /// The caller stopped the evaluation.
     #[error("stopped before all materials were evaluated")]
     Stopped,
-    /// Pictures cannot be compared. Does not happen in practice because all have the same size.
-    #[error(transparent)]
-    Compare(#[from] CompareError),
 }

@@ -1,12 +1,12 @@
 //! The report of a method on materials.
 
 use glimpse_kernels::scan::LossPrediction;
-use glimpse_materials::Material;
+use glimpse_materials::{Identity, Material};
 use glimpse_training::loss_predictor::rank_correlation;
 use serde::{Deserialize, Serialize};
 
 use super::estimate::Estimate;
-use super::leakage::{TrainingMaterials, TrainingOverlap};
+use super::leakage::TrainingOverlap;
 use super::method::Method;
 use crate::metrics::Metrics;
 
@@ -131,8 +131,8 @@ impl Report {
         let seconds = fits.iter().flatten().map(|fit| fit.seconds);
         let seconds: Option<Vec<f64>> = seconds.collect();
         Self {
-            method: method.name().into(),
-            model: method.model().name().into(),
+            method: method.name.into(),
+            model: method.model.name().into(),
             samples: method.samples(),
             metrics: Metrics::mean(materials.iter().map(|material| material.metrics))
                 .unwrap_or_default(),
@@ -148,15 +148,18 @@ impl Report {
         }
     }
 
-    /// Marks the materials that the recipe was trained on.
+    /// Marks the materials that the recipe was trained on, unless its training materials are unknown.
     #[must_use]
     pub fn with_overlaps(
         mut self,
-        trained_on: &TrainingMaterials,
+        trained_on: &[Identity],
         materials: &[Box<dyn Material>],
     ) -> Self {
+        if trained_on.is_empty() {
+            return self;
+        }
         for (metrics, material) in self.materials.iter_mut().zip(materials) {
-            metrics.overlap = Some(trained_on.overlap(&**material));
+            metrics.overlap = TrainingOverlap::of(&**material, trained_on);
         }
         let of_kind = |kind: TrainingOverlap| {
             let materials = self.materials.iter();

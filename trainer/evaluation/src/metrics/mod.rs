@@ -1,10 +1,11 @@
 //! Metrics of a fit: the loss in BRDF space, and DSSIM, L2, PSNR and color difference of a rendered sphere.
 
-pub mod color;
-pub mod image;
+mod color;
+pub(crate) mod image;
 
-pub use color::{color_differences, mean_ciede2000};
-pub use image::{CompareError, psnr};
+pub use color::color_differences;
+use color::mean_ciede2000;
+use image::psnr;
 
 use crate::render::{Picture, sphere_disc};
 
@@ -16,36 +17,29 @@ use crate::render::{Picture, sphere_disc};
 pub struct Metrics {
     /// Mean cosine-weighted logarithmic error, 0 or more; 0 is best. See [`glimpse_materials::loss`].
     pub loss: f64,
-    /// Structural dissimilarity of the spheres, in \[0, 1\]; 0 is best. See [`mod@image`].
+    /// Structural dissimilarity of the spheres, in \[0, 1\]; 0 is best. See `image.rs`.
     pub dssim: f64,
     /// Mean squared error of the spheres, in \[0, 1\]; 0 is best.
     pub l2: f64,
     /// Peak signal-to-noise ratio of the spheres in dB, at most 100; higher is better.
     pub psnr: f64,
-    /// Mean CIEDE2000 over the sphere's disc, 0 or more; 0 is best. See [`color`].
+    /// Mean CIEDE2000 over the sphere's disc, 0 or more; 0 is best. See `color.rs`.
     pub delta_e: f64,
 }
 
 impl Metrics {
     /// Combines a loss with the errors of a sphere from [`render_sphere`](crate::render::render_sphere). DSSIM, L2 and
-    /// PSNR include the whole picture, the color difference only the disc.
-    ///
-    /// # Errors
-    /// If the sizes differ, or are below 7 x 7.
-    pub fn from_spheres(
-        loss: f64,
-        reference: &Picture,
-        sphere: &Picture,
-    ) -> Result<Self, CompareError> {
-        let l2 = image::mean_squared_error(reference, sphere)?;
+    /// PSNR include the whole picture, the color difference only the disc. Both pictures have the same size, at least 7 x 7.
+    pub(crate) fn from_spheres(loss: f64, reference: &Picture, sphere: &Picture) -> Self {
+        let l2 = image::mean_squared_error(reference, sphere);
         let disc = sphere_disc(sphere.width, sphere.height);
-        Ok(Self {
+        Self {
             loss,
-            dssim: (1.0 - image::ssim(reference, sphere)?) / 2.0,
+            dssim: (1.0 - image::ssim(reference, sphere)) / 2.0,
             l2,
             psnr: psnr(l2),
-            delta_e: mean_ciede2000(reference, sphere, disc)?,
-        })
+            delta_e: mean_ciede2000(reference, sphere, disc),
+        }
     }
 
     /// Averages each metric over several scans of the same material; None for an empty list. The PSNR is that of the mean

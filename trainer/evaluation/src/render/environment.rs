@@ -72,7 +72,7 @@ fn cell(coordinate: f32) -> u8 {
 
 /// Interpolates linearly: `from` at t = 0, `to` at t = 1.
 #[inline(always)]
-fn lerp(from: [f32; 4], to: [f32; 4], t: f32) -> [f32; 4] {
+pub(super) fn lerp<const N: usize>(from: [f32; N], to: [f32; N], t: f32) -> [f32; N] {
     array::from_fn(|channel| from[channel] + t * (to[channel] - from[channel]))
 }
 

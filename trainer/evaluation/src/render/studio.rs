@@ -6,7 +6,7 @@
 
 use std::sync::LazyLock;
 
-use super::environment::Environment;
+use super::environment::{Environment, lerp};
 
 /// The radiance of the sky straight above, and at the horizon.
 const ZENITH: [f32; 3] = [0.13, 0.22, 0.42];
@@ -71,9 +71,9 @@ pub(super) static STUDIO: LazyLock<Environment> = LazyLock::new(|| Environment::
 /// Returns the studio's radiance from a unit direction.
 fn radiance(direction: [f32; 3]) -> [f32; 3] {
     let [_, up, _] = direction;
-    let sky = mix(ZENITH, HORIZON, (-3.5 * up.max(0.0)).exp());
-    let ground = mix(NADIR, GROUND, (-2.5 * (-up).max(0.0)).exp());
-    let mut radiance = mix(ground, sky, logistic(up / 0.03));
+    let sky = lerp(ZENITH, HORIZON, (-3.5 * up.max(0.0)).exp());
+    let ground = lerp(NADIR, GROUND, (-2.5 * (-up).max(0.0)).exp());
+    let mut radiance = lerp(ground, sky, logistic(up / 0.03));
     add(&mut radiance, SUN.radiance, SUN.weight(direction));
     for panel in &PANELS {
         add(&mut radiance, panel.radiance, panel.weight(direction));
@@ -111,11 +111,6 @@ impl Panel {
 /// The logistic function: 0 at minus infinity, 1 at infinity.
 fn logistic(x: f32) -> f32 {
     1.0 / (1.0 + (-x).exp())
-}
-
-/// Interpolates linearly: `from` at t = 0, `to` at t = 1.
-fn mix(from: [f32; 3], to: [f32; 3], t: f32) -> [f32; 3] {
-    std::array::from_fn(|channel| from[channel] + t * (to[channel] - from[channel]))
 }
 
 fn add(sum: &mut [f32; 3], radiance: [f32; 3], weight: f32) {

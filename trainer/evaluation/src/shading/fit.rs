@@ -50,7 +50,7 @@ const STEPS_OF_VALUES: f64 = 1e5;
 pub fn fit(brdf: &dyn Brdf, model: ShadingModel) -> Result<Shading, ShadingError> {
     let data = Data::new(brdf)?;
     let parameters = model.parameters().iter();
-    let bounds: Vec<[f64; 2]> = parameters.map(|each| [each.min, each.max]).collect();
+    let bounds: Vec<[f64; 2]> = parameters.map(|parameter| parameter.bounds).collect();
     let errors = Errors {
         count: data.count(),
         write: &|values, errors| data.errors(model, values, errors),
@@ -291,7 +291,8 @@ mod tests {
                     Role::BaseColor => color,
                     Role::Coat => 0.0,
                     Role::Metallic | Role::Roughness | Role::Other(_) => {
-                        parameter.min + share * (parameter.max - parameter.min)
+                        let [min, max] = parameter.bounds;
+                        min + share * (max - min)
                     }
                 });
                 let original = Shading {

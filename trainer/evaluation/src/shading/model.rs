@@ -22,6 +22,15 @@ impl ShadingModel {
     /// All models.
     pub const ALL: [Self; 3] = [Self::Principled, Self::Gltf, Self::OpenPbr];
 
+    /// Returns the ending of a file's name.
+    pub(crate) fn suffix(self) -> &'static str {
+        match self {
+            Self::Principled => "_principled.json",
+            Self::Gltf => ".gltf",
+            Self::OpenPbr => ".mtlx",
+        }
+    }
+
     /// Returns the parameters in order.
     #[must_use]
     pub fn parameters(self) -> &'static [Parameter] {
@@ -45,39 +54,10 @@ impl ShadingModel {
 /// A shading model with parameters: a BRDF.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shading {
-    pub(super) model: ShadingModel,
-    /// In the order of [`ShadingModel::parameters`].
-    pub(super) values: Vec<f64>,
-}
-
-impl Shading {
-    /// Creates a model from the shares of the parameters' ranges, each 0 to 1, in the order of
-    /// [`ShadingModel::parameters`]. None if their number or one of them is wrong.
-    #[must_use]
-    pub fn from_shares(model: ShadingModel, shares: &[f64]) -> Option<Self> {
-        let parameters = model.parameters();
-        let is_valid = shares.len() == parameters.len()
-            && shares.iter().all(|share| (0.0..=1.0).contains(share));
-        let values = parameters.iter().zip(shares);
-        let values = values
-            .map(|(parameter, share)| parameter.min + share * (parameter.max - parameter.min));
-        is_valid.then(|| Self {
-            model,
-            values: values.collect(),
-        })
-    }
-
-    /// Returns the model.
-    #[must_use]
-    pub fn model(&self) -> ShadingModel {
-        self.model
-    }
-
-    /// Returns the values of the parameters, in the order of [`ShadingModel::parameters`].
-    #[must_use]
-    pub fn values(&self) -> &[f64] {
-        &self.values
-    }
+    /// The model.
+    pub model: ShadingModel,
+    /// The values of the parameters, in the order of [`ShadingModel::parameters`].
+    pub values: Vec<f64>,
 }
 
 impl Brdf for Shading {

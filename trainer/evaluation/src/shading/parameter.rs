@@ -5,10 +5,8 @@
 pub struct Parameter {
     /// The name in the model's files. The three channels of a color follow one another and have the same name.
     pub name: &'static str,
-    /// The smallest value.
-    pub min: f64,
-    /// The largest value.
-    pub max: f64,
+    /// The smallest and the largest value.
+    pub bounds: [f64; 2],
     /// The purpose, by which a fit starts.
     pub(super) role: Role,
 }
@@ -33,13 +31,8 @@ impl Parameter {
         Self::new(name, [0.0, 1.0], role)
     }
 
-    pub(super) const fn new(name: &'static str, [min, max]: [f64; 2], role: Role) -> Self {
-        Self {
-            name,
-            min,
-            max,
-            role,
-        }
+    pub(super) const fn new(name: &'static str, bounds: [f64; 2], role: Role) -> Self {
+        Self { name, bounds, role }
     }
 }
 

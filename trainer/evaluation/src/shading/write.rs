@@ -8,18 +8,6 @@ use super::model::{Shading, ShadingModel};
 use super::sphere_mesh::sphere_strip;
 use crate::metrics::Metrics;
 
-impl ShadingModel {
-    /// Returns the ending of a file's name.
-    #[must_use]
-    pub fn suffix(self) -> &'static str {
-        match self {
-            Self::Principled => "_principled.json",
-            Self::Gltf => ".gltf",
-            Self::OpenPbr => ".mtlx",
-        }
-    }
-}
-
 impl Shading {
     /// Writes the file of a material. glTF and MaterialX files state `metrics`, the errors against the material; Mitsuba's
     /// dictionary has no place for them.

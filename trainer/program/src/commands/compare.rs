@@ -70,7 +70,7 @@ impl Compare {
         if let Some(out) = &self.out {
             let _lock = Lock::of_folder(out)?;
             write_file(&out.join("errors.csv"), table.to_csv().as_bytes(), true)?;
-            page(&evaluator, &compared, &table)?.write(out)?;
+            page(&evaluator, &compared, &table).write(out)?;
         }
         let rows = compared.iter().map(|compared| {
             let mut row = serde_json::to_value(compared.metrics)?;
@@ -99,10 +99,10 @@ impl Compare {
         let names = evaluator.materials().iter().chain(materials);
         let names: Vec<String> = names.map(|material| material.name().to_owned()).collect();
         let compared = loaded.into_par_iter().map(|(source, material)| {
-            let (metrics, sphere) = evaluator.compare(0, &*material)?;
+            let (metrics, sphere) = evaluator.compare(0, &*material);
             let name = material.name();
             let count = names.iter().filter(|other| *other == name).count();
-            Ok(Compared {
+            Compared {
                 label: match count {
                     1 => name.to_owned(),
                     _ => format!("{name} ({source})"),
@@ -111,9 +111,9 @@ impl Compare {
                 source,
                 metrics,
                 sphere,
-            })
+            }
         });
-        compared.collect()
+        Ok(compared.collect())
     }
 }
 
@@ -129,12 +129,12 @@ fn table(reference: &str, compared: &[Compared]) -> Table {
     Table::new(format!("Errors against {reference}"), columns, rows)
 }
 
-fn page(evaluator: &Evaluator<'_>, compared: &[Compared], table: &Table) -> anyhow::Result<Page> {
+fn page(evaluator: &Evaluator<'_>, compared: &[Compared], table: &Table) -> Page {
     let reference = &*evaluator.materials()[0];
     let title = format!("reference: {}", reference.name());
     let rows = compared.iter().map(|compared| {
         let picture = evaluator.reference(0).clone();
-        let differences = color_differences(&picture, &compared.sphere, WHITE_DIFFERENCE)?;
+        let differences = color_differences(&picture, &compared.sphere, WHITE_DIFFERENCE);
         let fit = (
             compared.label.clone(),
             compared.metrics,
@@ -142,9 +142,9 @@ fn page(evaluator: &Evaluator<'_>, compared: &[Compared], table: &Table) -> anyh
         );
         let mut row = GalleryRow::of_fits(&compared.label, picture, vec![fit]);
         row.tiles.push(Tile::plain("difference", differences));
-        Ok(row)
+        row
     });
-    let rows = rows.collect::<anyhow::Result<Vec<_>>>()?;
+    let rows: Vec<GalleryRow> = rows.collect();
     let caption =
         format!("Spheres, and their color difference: {WHITE_DIFFERENCE} and more is white");
     let mut page = Page::new(format!("Glimpse: comparison with {}", reference.name()));
@@ -167,5 +167,5 @@ fn page(evaluator: &Evaluator<'_>, compared: &[Compared], table: &Table) -> anyh
             );
         }
     }
-    Ok(page)
+    page
 }

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Error, ensure};
 use clap::Args;
-use glimpse_evaluation::evaluation::{Degradation, Evaluator, Method, TrainingMaterials};
+use glimpse_evaluation::evaluation::{Degradation, Evaluator, Method};
 use glimpse_fitting::measurement::NamedRecipe;
 use glimpse_materials::Source;
 use glimpse_materials::basis::Basis;
@@ -127,7 +127,7 @@ impl Evaluate {
                 Some(adaptive) => Method::adaptive(adaptive),
                 None => {
                     let basis = compact.as_ref().or(named.basis.as_deref());
-                    Method::with_prior(&recipe, basis, Some(named.prior.clone()))?
+                    Method::with_recipe(&recipe, basis, Some(named.prior.clone()))?
                 }
             };
             method.degradation = self.degradation;
@@ -137,10 +137,7 @@ impl Evaluate {
             let report =
                 evaluator.evaluate_with_progress(&method, seed, seeds, &on_done, &cancel)?;
             drop(progress);
-            let report = match TrainingMaterials::from_recipe(&recipe)? {
-                Some(trained_on) => report.with_overlaps(&trained_on, &materials),
-                None => report,
-            };
+            let report = report.with_overlaps(&named.file.metadata().materials, &materials);
             let target = self
                 .target
                 .map(|target| evaluator.evaluate_target(&recipe, &method, target, seed));

@@ -3,7 +3,7 @@
 use anyhow::{bail, ensure};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use glimpse_evaluation::evaluation::{TrainingMaterials, TrainingOverlap};
+use glimpse_evaluation::evaluation::TrainingOverlap;
 use glimpse_fitting::recipe::options::Effort;
 use glimpse_materials::{Identity, Source};
 
@@ -79,10 +79,10 @@ impl Reproduce {
         };
         let training = load(&self.settings.data)?;
         let test = load(&self.test)?;
-        let identities = training.iter().map(|material| Identity::new(&**material));
-        let trained_on: TrainingMaterials = identities.collect();
+        let trained_on = Identity::list(&training);
         for material in &test {
-            if trained_on.overlap(&**material) != TrainingOverlap::Unseen {
+            let overlap = TrainingOverlap::of(&**material, &trained_on);
+            if overlap != Some(TrainingOverlap::Unseen) {
                 bail!(
                     "{} is in both --data and --test: remove it from one of them",
                     material.name()
@@ -92,7 +92,7 @@ impl Reproduce {
         let additional = self.additional.iter().map(load);
         let additional = additional.collect::<anyhow::Result<Vec<_>>>()?;
         for materials in &additional {
-            training_overlap::warn(Some(&trained_on), materials);
+            training_overlap::warn(&trained_on, materials);
         }
         let test = TestSet::new("test".into(), &self.test, &test);
         let additional = self.additional.iter().zip(&additional).zip(1..);

@@ -1,7 +1,7 @@
 //! Warnings about test materials that a recipe was trained on: losses on them say nothing about unseen materials.
 
-use glimpse_evaluation::evaluation::{TrainingMaterials, TrainingOverlap};
-use glimpse_materials::Material;
+use glimpse_evaluation::evaluation::TrainingOverlap;
+use glimpse_materials::{Identity, Material};
 
 use super::first_of;
 
@@ -9,10 +9,10 @@ use super::first_of;
 pub(super) type Overlaps<'a> = Option<Vec<(&'a str, TrainingOverlap)>>;
 
 /// Prints warnings on stderr about materials that are, or may be, training materials.
-pub(super) fn warn(trained_on: Option<&TrainingMaterials>, materials: &[Box<dyn Material>]) {
+pub(super) fn warn(trained_on: &[Identity], materials: &[Box<dyn Material>]) {
     let materials = materials.iter();
     let overlaps = materials.map(|material| {
-        let overlap = trained_on?.overlap(&**material);
+        let overlap = TrainingOverlap::of(&**material, trained_on)?;
         Some((material.name(), overlap))
     });
     for warning in warnings(&overlaps.collect()) {

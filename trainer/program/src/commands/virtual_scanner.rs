@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_core::scan::Evidence;
-use glimpse_evaluation::evaluation::TrainingMaterials;
 use glimpse_fitting::recipe::Noise;
 use glimpse_fitting::scanner::{self, ScanReport, ScannerError};
 use glimpse_materials::basis::Basis;
@@ -93,10 +92,7 @@ impl VirtualScanner {
         if let Some(path) = &self.recipe {
             let named = read_recipe(path)?;
             let recipe = named.file.recipe();
-            warn(
-                TrainingMaterials::from_recipe(&recipe)?.as_ref(),
-                &materials,
-            );
+            warn(&named.file.metadata().materials, &materials);
             basis = named.basis.map(|basis| (recipe.checksum(), basis));
         }
         let listener = TcpListener::bind(self.listen)

@@ -293,7 +293,7 @@ impl<'a> Store<'a> {
                 at(SampleDirections::Pattern(pattern))?
             }
             (Variation::Readings(instrument, displacement), _) => {
-                Method::with_prior(&recipe, basis, Some(named.prior.clone()))?
+                Method::with_recipe(&recipe, basis, Some(named.prior.clone()))?
                     .measured_at(instrument.directions(displacement.into()))
             }
             (Variation::Chosen(count), _) => {
@@ -311,7 +311,7 @@ impl<'a> Store<'a> {
                 })
             }
             (_, Approach::Baseline) => at(SampleDirections::Random(case.samples))?,
-            _ => Method::with_recipe(&recipe, basis)?,
+            _ => Method::with_recipe(&recipe, basis, None)?,
         };
         use_method(match case.variation {
             Variation::Refined => method.with_refinement(REFINEMENT_STEPS),

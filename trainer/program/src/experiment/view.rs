@@ -307,7 +307,7 @@ fn spheres(
             let fits = records.iter().map(|record| {
                 let seed = store.settings.seed.wrapping_add(material as u64);
                 let (metrics, picture) = store.with_method(&record.case, |method| {
-                    Ok(evaluator.compare(material, &*method.fit(reference, seed)?.fitted)?)
+                    Ok(evaluator.compare(material, &*method.fit(reference, seed)?.fitted))
                 })?;
                 Ok((tile.heading(record), metrics, picture))
             });

@@ -112,3 +112,45 @@ impl Table {
         String::from_utf8_lossy(&bytes).into_owned()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::Column;
+
+    fn method_table() -> Table {
+        let number = |title, decimals, highlight| Column {
+            highlight,
+            ..Column::plain(title, decimals)
+        };
+        let columns = [
+            Column::text("Method"),
+            number("Loss", 3, Highlight::Lowest),
+            number("PSNR, dB", 1, Highlight::Highest),
+        ];
+        let row =
+            |name: &str, loss: f64, psnr: Option<f64>| vec![name.into(), loss.into(), psnr.into()];
+        let rows = [
+            row("Random", 0.0651, Some(f64::NAN)),
+            row("Meta & co", 0.0354, None),
+            row("Glimpse", 0.0351, Some(24.35)),
+        ];
+        Table::new("Means over \"all\" <materials>", columns, rows)
+    }
+
+    #[test]
+    fn html_is_escaped_and_marks_best_numbers() {
+        let html = method_table().to_html();
+        assert!(html.contains("Means over &quot;all&quot; &lt;materials&gt;"));
+        assert!(html.contains("<th scope=\"row\">Meta &amp; co</th>"));
+        assert!(html.contains("<td class=\"number best\">24.4</td>"));
+        assert_eq!(html.matches("best\"").count(), 3);
+    }
+
+    #[test]
+    fn csv_keeps_all_digits() {
+        let expected = "Method,Loss,\"PSNR, dB\"\r\nRandom,0.0651,\r\nMeta & co,0.0354,\r\n\
+                        Glimpse,0.0351,24.35\r\n";
+        assert_eq!(method_table().to_csv(), expected);
+    }
+}

@@ -126,3 +126,59 @@ pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
         .and_then(|()| write_atomic(path, bytes))
         .with_context(|| format!("cannot write {}", path.display()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::Tile;
+
+    /// Returns a row of pictures with these labels.
+    fn row(title: &str, labels: &[&str]) -> GalleryRow {
+        let tile = |label: &&str| Tile {
+            label: (*label).into(),
+            details: vec!["loss 0.1".into(), "<b>".into()],
+            best: *label == "Glimpse",
+            picture: Picture::filled(8, 8, [1, 2, 3]),
+        };
+        GalleryRow {
+            title: title.into(),
+            tiles: labels.iter().map(tile).collect(),
+        }
+    }
+
+    fn page() -> Page {
+        let row = row("blue & rubber", &["Reference", "Glimpse", "glimpse"]);
+        let mut page = Page::new("A <title>");
+        page.paragraph("2 < 3").gallery("Spheres", &[row]);
+        page
+    }
+
+    #[test]
+    fn writes_page_with_its_pictures() {
+        let scratch = tempfile::tempdir().unwrap();
+        let directory = scratch.path().join("new");
+        page().write(&directory).unwrap();
+        let html = std::fs::read_to_string(directory.join("index.html")).unwrap();
+        let sources: Vec<&str> = html.split("src=\"").skip(1).collect();
+        assert_eq!(sources.len(), 3);
+        for source in sources {
+            let (file, _) = source.split_once('"').unwrap();
+            assert!(directory.join(file).is_file(), "{file}");
+        }
+        assert!(html.contains("alt=\"blue &amp; rubber: Glimpse\""));
+        assert!(html.contains("pictures/2-blue-rubber-glimpse.png"));
+        assert!(!html.contains("http"), "the page loads a remote resource");
+    }
+
+    #[test]
+    fn page_is_not_written_if_pictures_fail() {
+        let scratch = tempfile::tempdir().unwrap();
+        std::fs::write(
+            scratch.path().join("pictures"),
+            b"a file instead of a folder",
+        )
+        .unwrap();
+        assert!(page().write(scratch.path()).is_err());
+        assert!(!scratch.path().join("index.html").exists());
+    }
+}

@@ -53,19 +53,13 @@ pub extern "C" fn message_bytes() -> usize {
 /// Begins a scan with the recipe in buffer 0, and for Linear the basis in buffer 1.
 #[unsafe(no_mangle)]
 pub extern "C" fn load_recipe() -> u32 {
-    SCENE.with(|scene| {
-        let outcome = scene.load_recipe();
-        scene.report(outcome)
-    })
+    SCENE.with(|scene| scene.run(Scene::load_recipe))
 }
 
 /// Displays the table in buffer 2, a compact basis with the material's three channels as components.
 #[unsafe(no_mangle)]
 pub extern "C" fn load_table() -> u32 {
-    SCENE.with(|scene| {
-        let outcome = scene.load_table();
-        scene.report(outcome)
-    })
+    SCENE.with(|scene| scene.run(Scene::load_table))
 }
 
 /// Returns the number of samples of the recipe; 0 for a table.
@@ -78,10 +72,7 @@ pub extern "C" fn samples() -> usize {
 /// green, blue (the BRDF in sr^-1, not times the cosine), and 1 for a reading or 0 for a missing one.
 #[unsafe(no_mangle)]
 pub extern "C" fn fit() -> u32 {
-    SCENE.with(|scene| {
-        let outcome = scene.fit();
-        scene.report(outcome)
-    })
+    SCENE.with(|scene| scene.run(Scene::fit))
 }
 
 /// Writes the fitted values to buffer 4 and returns their number; 0 without a fit, or if the buffer is too small.
@@ -93,25 +84,39 @@ pub extern "C" fn values() -> usize {
 /// Returns the predicted loss of the fit; NaN if the recipe does not predict it.
 #[unsafe(no_mangle)]
 pub extern "C" fn predicted_loss() -> f32 {
-    SCENE.with(|scene| scene.predicted_loss())
+    SCENE.with(|scene| {
+        let loss = scene.fitted().and_then(|fitted| fitted.predicted_loss());
+        loss.unwrap_or(f32::NAN)
+    })
 }
 
 /// Returns the upper bound of the fit's loss, which holds for 90 % of materials; NaN if the recipe has none.
 #[unsafe(no_mangle)]
 pub extern "C" fn loss_bound() -> f32 {
-    SCENE.with(|scene| scene.loss_bound())
+    SCENE.with(|scene| {
+        let bound = scene.fitted().and_then(|fitted| fitted.loss_bound());
+        bound.unwrap_or(f32::NAN)
+    })
 }
 
 /// Returns 1 if the readings are unlike those of all training materials; 0 if not, or if the recipe cannot tell.
 #[unsafe(no_mangle)]
 pub extern "C" fn is_unlike_training() -> u32 {
-    SCENE.with(|scene| u32::from(scene.is_unlike_training()))
+    SCENE.with(|scene| {
+        let unlike = scene
+            .fitted()
+            .and_then(|fitted| fitted.is_unlike_training());
+        u32::from(unlike.unwrap_or(false))
+    })
 }
 
 /// Returns the mean cosine-weighted logarithmic error of the fit at its readings; NaN without a fit.
 #[unsafe(no_mangle)]
 pub extern "C" fn residual() -> f32 {
-    SCENE.with(|scene| scene.residual())
+    SCENE.with(|scene| {
+        let fitted = scene.fitted();
+        fitted.map_or(f32::NAN, |fitted| fitted.residual().mean)
+    })
 }
 
 /// Returns the paper's Loss against the reference values in buffer 3: the mean of |ln(1 + y c) - ln(1 + f c)|, c =

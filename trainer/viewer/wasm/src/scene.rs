@@ -77,10 +77,10 @@ impl Scene {
         buffer.as_mut().map(Buffer::bytes)
     }
 
-    /// Stores the error message, if any. Returns 0 on success, 1 on failure.
-    pub(crate) fn report(&mut self, outcome: Result<(), SceneError>) -> u32 {
+    /// Makes a call, and stores its error message, if any. Returns 0 on success, 1 on failure.
+    pub(crate) fn run(&mut self, call: fn(&mut Self) -> Result<(), SceneError>) -> u32 {
         self.message.clear();
-        let Err(error) = outcome else {
+        let Err(error) = call(self) else {
             return 0;
         };
         // A message that is too long is cut.
@@ -159,27 +159,9 @@ impl Scene {
         count
     }
 
-    pub(crate) fn predicted_loss(&self) -> f32 {
-        let fitted = self.scan.as_ref().and_then(Scan::fitted);
-        let predicted = fitted.and_then(|fitted| fitted.predicted_loss());
-        predicted.unwrap_or(f32::NAN)
-    }
-
-    pub(crate) fn loss_bound(&self) -> f32 {
-        let fitted = self.scan.as_ref().and_then(Scan::fitted);
-        let bound = fitted.and_then(|fitted| fitted.loss_bound());
-        bound.unwrap_or(f32::NAN)
-    }
-
-    pub(crate) fn is_unlike_training(&self) -> bool {
-        let fitted = self.scan.as_ref().and_then(Scan::fitted);
-        let unlike = fitted.and_then(|fitted| fitted.is_unlike_training());
-        unlike.unwrap_or(false)
-    }
-
-    pub(crate) fn residual(&self) -> f32 {
-        let fitted = self.scan.as_ref().and_then(Scan::fitted);
-        fitted.map_or(f32::NAN, |fitted| fitted.residual().mean)
+    /// Returns the fit, if there is one.
+    pub(crate) fn fitted(&self) -> Option<Fitted<'_, AnyModel>> {
+        self.scan.as_ref()?.fitted()
     }
 
     pub(crate) fn loss(&mut self) -> f64 {

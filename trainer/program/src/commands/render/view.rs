@@ -7,7 +7,7 @@ use anyhow::{Context, ensure};
 use clap::{ArgGroup, Args};
 use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::Recipe;
-use glimpse_evaluation::evaluation::{Degradation, TrainingMaterials};
+use glimpse_evaluation::evaluation::Degradation;
 use glimpse_fitting::measurement::{
     AngleArgs, Multiple, NamedRecipe, ReadingQuantity, Readings, Rows, SampleReading, Selection,
 };
@@ -91,10 +91,7 @@ impl View {
                 (Some(file), _) => measured(given, file)?,
                 (None, Some(material)) => {
                     let recipe = given.file.recipe();
-                    warn(
-                        TrainingMaterials::from_recipe(&recipe)?.as_ref(),
-                        &materials,
-                    );
+                    warn(&given.file.metadata().materials, &materials);
                     let readings = self.virtual_readings(&recipe, material, seed);
                     let context = || format!("virtual scan with {}", path.display());
                     (given.clone(), readings.with_context(context)?, None)
@@ -111,7 +108,7 @@ impl View {
         }
         let reference = material.map(Reference::new);
         if let Some(reference) = &reference {
-            let loss = reference.table_loss();
+            let loss = reference.table_loss;
             eprintln!(
                 "the page draws the reference from a table of loss {loss:.5}; losses of fits do not depend on it"
             );
