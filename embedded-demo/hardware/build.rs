@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::{env, error, fs};
 
-use glimpse_bench::{measure, recipes::completed};
+use glimpse_bench::{measure, recipes};
 use glimpse_core::fit::AnyModel;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
@@ -12,10 +12,10 @@ fn main() -> Result<(), Box<dyn error::Error>> {
     let out = PathBuf::from(env::var("OUT_DIR")?);
     let mut constants = String::new();
     for (name, recipe) in [
-        ("PHONG", completed::PHONG),
-        ("COOK_TORRANCE", completed::COOK_TORRANCE),
-        ("NEURAL", completed::NEURAL),
-        ("LINEAR", completed::LINEAR),
+        ("PHONG", recipes::COMPLETED_PHONG),
+        ("COOK_TORRANCE", recipes::COMPLETED_COOK_TORRANCE),
+        ("NEURAL", recipes::COMPLETED_NEURAL),
+        ("LINEAR", recipes::COMPLETED_LINEAR),
     ] {
         let recipe = Recipe::parse(recipe)?;
         let mut memory = vec![0.0; recipe.memory_words()];

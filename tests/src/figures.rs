@@ -1,7 +1,7 @@
 //! Costs of fits on each kind of microcontroller, and of the demo firmware. Each has a name `target.fit.figure` and a
 //! value.
 
-use glimpse_bench::recipes::{self, completed, large, masked};
+use glimpse_bench::recipes;
 
 use crate::cycles;
 use crate::emulator::Emulator;
@@ -55,15 +55,15 @@ pub const FIT_BINARIES: [FitBinary; 14] = [
     FitBinary::new("phong", recipes::PHONG),
     FitBinary::new("cook-torrance", recipes::COOK_TORRANCE),
     FitBinary::new("neural", recipes::NEURAL),
-    FitBinary::new("linear-completed", completed::LINEAR),
-    FitBinary::new("phong-completed", completed::PHONG),
-    FitBinary::new("cook-torrance-completed", completed::COOK_TORRANCE),
-    FitBinary::new("neural-completed", completed::NEURAL),
-    FitBinary::new("linear-masked", masked::LINEAR),
-    FitBinary::new("neural-masked", masked::NEURAL),
-    FitBinary::new("linear-n64", large::LINEAR_64),
-    FitBinary::new("neural-n64", large::NEURAL_64),
-    FitBinary::new("linear-basis", completed::LINEAR),
+    FitBinary::new("linear-completed", recipes::COMPLETED_LINEAR),
+    FitBinary::new("phong-completed", recipes::COMPLETED_PHONG),
+    FitBinary::new("cook-torrance-completed", recipes::COMPLETED_COOK_TORRANCE),
+    FitBinary::new("neural-completed", recipes::COMPLETED_NEURAL),
+    FitBinary::new("linear-masked", recipes::MASKED_LINEAR),
+    FitBinary::new("neural-masked", recipes::MASKED_NEURAL),
+    FitBinary::new("linear-n64", recipes::LINEAR_64),
+    FitBinary::new("neural-n64", recipes::NEURAL_64),
+    FitBinary::new("linear-basis", recipes::COMPLETED_LINEAR),
     FitBinary::new("any", recipes::NEURAL),
 ];
 

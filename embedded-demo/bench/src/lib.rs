@@ -15,51 +15,34 @@ pub mod stack;
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Reading;
 
-/// Recipes of the benchmarks: n = 8. A descent has 20 steps, and Linear has 5 components.
+/// Recipes of the benchmarks.
 pub mod recipes {
-    /// Defines a recipe for each file, by its path in `trainer/recipes`.
+    /// Defines a recipe for each file, by its path in the repository.
     macro_rules! bundled {
-        ($($name:ident = $path:literal;)*) => {
-            $(
-                #[doc = $path]
-                pub static $name: &[u8] =
-                    include_bytes!(concat!("../../../trainer/recipes/", $path));
-            )*
-        };
+        ($($name:ident = $path:literal;)*) => {$(
+            #[doc = $path]
+            pub static $name: &[u8] = include_bytes!(concat!("../../../", $path));
+        )*};
     }
 
     bundled! {
-        PHONG = "paper/phong-n8.recipe";
-        COOK_TORRANCE = "paper/cook-torrance-n8.recipe";
-        NEURAL = "paper/neural-n8.recipe";
-        LINEAR = "paper/linear-n8.recipe";
-        BASIS = "linear.basis24";
-    }
-
-    /// Recipes with a completion: n = 8, then one step of descent, except for Linear.
-    pub mod completed {
-        bundled! {
-            PHONG = "completed/phong-n8.recipe";
-            COOK_TORRANCE = "completed/cook-torrance-n8.recipe";
-            NEURAL = "completed/neural-n8.recipe";
-            LINEAR = "completed/linear-n8.recipe";
-        }
-    }
-
-    /// Recipes with a completion that tolerates missing readings: n = 16.
-    pub mod masked {
-        bundled! {
-            NEURAL = "masked/neural-n16.recipe";
-            LINEAR = "masked/linear-n16.recipe";
-        }
-    }
-
-    /// Recipes with n = 64, trained for benchmarks only: 40 procedural materials, `--effort quick`.
-    pub mod large {
-        /// Neural.
-        pub static NEURAL_64: &[u8] = include_bytes!("../recipes/neural-n64.recipe");
-        /// Linear.
-        pub static LINEAR_64: &[u8] = include_bytes!("../recipes/linear-n64.recipe");
+        // n = 8. A descent has 20 steps, and Linear has 5 components.
+        PHONG = "trainer/recipes/paper/phong-n8.recipe";
+        COOK_TORRANCE = "trainer/recipes/paper/cook-torrance-n8.recipe";
+        NEURAL = "trainer/recipes/paper/neural-n8.recipe";
+        LINEAR = "trainer/recipes/paper/linear-n8.recipe";
+        BASIS = "trainer/recipes/linear.basis24";
+        // A completion: n = 8, then one step of descent, except for Linear.
+        COMPLETED_PHONG = "trainer/recipes/completed/phong-n8.recipe";
+        COMPLETED_COOK_TORRANCE = "trainer/recipes/completed/cook-torrance-n8.recipe";
+        COMPLETED_NEURAL = "trainer/recipes/completed/neural-n8.recipe";
+        COMPLETED_LINEAR = "trainer/recipes/completed/linear-n8.recipe";
+        // A completion that tolerates missing readings: n = 16.
+        MASKED_NEURAL = "trainer/recipes/masked/neural-n16.recipe";
+        MASKED_LINEAR = "trainer/recipes/masked/linear-n16.recipe";
+        // n = 64, trained for benchmarks only: 40 procedural materials, `--effort quick`.
+        NEURAL_64 = "embedded-demo/bench/recipes/neural-n64.recipe";
+        LINEAR_64 = "embedded-demo/bench/recipes/linear-n64.recipe";
     }
 }
 

@@ -12,7 +12,7 @@ mod expected {
 #[embedded_test::tests]
 mod tests {
     use cortex_m::peripheral::{DWT, Peripherals};
-    use glimpse_bench::{measure, recipes::completed};
+    use glimpse_bench::{measure, recipes};
     use glimpse_core::error::Error;
     use glimpse_core::fit::{Linear, ScanModel};
     use glimpse_core::model::{CookTorrance, Neural, Phong};
@@ -22,10 +22,10 @@ mod tests {
     use crate::expected;
 
     const MEMORY: usize = memory_words(&[
-        completed::PHONG,
-        completed::COOK_TORRANCE,
-        completed::NEURAL,
-        completed::LINEAR,
+        recipes::COMPLETED_PHONG,
+        recipes::COMPLETED_COOK_TORRANCE,
+        recipes::COMPLETED_NEURAL,
+        recipes::COMPLETED_LINEAR,
     ]);
 
     /// Fits, compares the values with the host's, and prints the cycles.
@@ -51,9 +51,9 @@ mod tests {
         let mut peripherals = Peripherals::take().unwrap();
         peripherals.DCB.enable_trace();
         peripherals.DWT.enable_cycle_counter();
-        check_fit::<Phong>(completed::PHONG, expected::PHONG)?;
-        check_fit::<CookTorrance>(completed::COOK_TORRANCE, expected::COOK_TORRANCE)?;
-        check_fit::<Neural>(completed::NEURAL, expected::NEURAL)?;
-        check_fit::<Linear>(completed::LINEAR, expected::LINEAR)
+        check_fit::<Phong>(recipes::COMPLETED_PHONG, expected::PHONG)?;
+        check_fit::<CookTorrance>(recipes::COMPLETED_COOK_TORRANCE, expected::COOK_TORRANCE)?;
+        check_fit::<Neural>(recipes::COMPLETED_NEURAL, expected::NEURAL)?;
+        check_fit::<Linear>(recipes::COMPLETED_LINEAR, expected::LINEAR)
     }
 }

@@ -58,9 +58,9 @@ fn with_steps(code: ErrorCode, steps: i32) -> Error {
 
 /// An axis with its pins. A [`Goniometer`](crate::goniometer::Goniometer) validates its settings, and moves it.
 #[derive(Debug)]
-pub struct Axis<S, D, H> {
+pub struct Axis<S, H> {
     step: S,
-    direction: D,
+    direction: S,
     switch: Switch<H>,
     pub(crate) settings: Settings,
     task: Task,
@@ -90,9 +90,9 @@ pub struct Axis<S, D, H> {
     interval_us: u32,
 }
 
-impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
+impl<S: OutputPin, H: InputPin> Axis<S, H> {
     /// Creates an axis at an unknown position. The switch pulls its pin low while it is closed; the arm opens it.
-    pub fn new(step: S, direction: D, switch: H, settings: Settings) -> Self {
+    pub fn new(step: S, direction: S, switch: H, settings: Settings) -> Self {
         Self {
             step,
             direction,

@@ -24,10 +24,9 @@ const TILE: [(f32, f32); 6] = [
 /// The azimuth between lamp and sensor there, radians: away from the mirror's direction, and from the lamp.
 const AZIMUTH: f32 = 1.8;
 
-impl<S, D, H, R, F, O, I, T> Device<'_, S, D, H, R, F, O, I, T>
+impl<S, H, R, F, O, I, T> Device<'_, S, H, R, F, O, I, T>
 where
     S: OutputPin,
-    D: OutputPin,
     H: InputPin,
     R: Sensor,
     F: NorFlash,

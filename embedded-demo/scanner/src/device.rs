@@ -54,8 +54,8 @@ fn text(event: &mut Event<'_>, operator: &mut impl Operator) -> String<TEXT_BYTE
 }
 
 /// Machine, flash, operator and line.
-pub(crate) struct Device<'s, S, D, H, R, F, O, I, T> {
-    pub(crate) machine: &'s mut Instrument<S, D, H, R>,
+pub(crate) struct Device<'s, S, H, R, F, O, I, T> {
+    pub(crate) machine: &'s mut Instrument<S, H, R>,
     pub(crate) store: &'s mut Store<F>,
     operator: &'s mut O,
     receiver: I,
@@ -73,10 +73,9 @@ pub(crate) struct Device<'s, S, D, H, R, F, O, I, T> {
     pub(crate) readings: u16,
 }
 
-impl<'s, S, D, H, R, F, O, I, T> Device<'s, S, D, H, R, F, O, I, T>
+impl<'s, S, H, R, F, O, I, T> Device<'s, S, H, R, F, O, I, T>
 where
     S: OutputPin,
-    D: OutputPin,
     H: InputPin,
     R: Sensor,
     F: NorFlash,
@@ -86,7 +85,7 @@ where
 {
     /// Combines the parts. Positions and proofs from before a restart count.
     pub(crate) fn new(
-        machine: &'s mut Instrument<S, D, H, R>,
+        machine: &'s mut Instrument<S, H, R>,
         store: &'s mut Store<F>,
         operator: &'s mut O,
         (receiver, sender): (I, T),

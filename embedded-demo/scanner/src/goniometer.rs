@@ -54,18 +54,16 @@ impl StepCheck {
 pub enum Motion {
     /// An axis is moving.
     Moving,
-    /// All axes are at rest.
+    /// All axes are at rest: at the target of [`Goniometer::go_to`], unless it was stopped.
     Resting,
-    /// All axes have reached the target of [`Goniometer::go_to`]. Returned once for each target.
-    Arrived,
     /// All axes are now home. Returned once for each homing.
     Homed(StepCheck),
 }
 
 /// Four axes: theta_i, phi_i, theta_o, phi_o.
 #[derive(Debug)]
-pub struct Goniometer<S, D, H> {
-    axes: [Axis<S, D, H>; 4],
+pub struct Goniometer<S, H> {
+    axes: [Axis<S, H>; 4],
     space: Space,
     /// The remaining waypoints.
     route: Option<Route>,
@@ -76,13 +74,13 @@ pub struct Goniometer<S, D, H> {
     is_homed: bool,
 }
 
-impl<S: OutputPin, D: OutputPin, H: InputPin> Goniometer<S, D, H> {
+impl<S: OutputPin, H: InputPin> Goniometer<S, H> {
     /// Creates a goniometer that must be homed before it moves. `min_separation` is the minimum angle between lamp and
     /// sensor, radians.
     ///
     /// # Errors
     /// As [`Space::new`].
-    pub fn new(axes: [Axis<S, D, H>; 4], min_separation: f32) -> Result<Self, Error> {
+    pub fn new(axes: [Axis<S, H>; 4], min_separation: f32) -> Result<Self, Error> {
         let settings = axes.each_ref().map(|axis| axis.settings);
         Ok(Self {
             axes,
@@ -139,7 +137,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Goniometer<S, D, H> {
     /// Returns true if homing could bring lamp and sensor together: an axis at an unknown position will drive more than 5
     /// degrees. Ask the operator to make sure that the lamp is nearer to the normal than the sensor.
     pub fn needs_confirmation(&self) -> bool {
-        let is_unknown = |axis: &Axis<S, D, H>| axis.is_proven && axis.angle().is_none();
+        let is_unknown = |axis: &Axis<S, H>| axis.is_proven && axis.angle().is_none();
         let [theta_i, _, theta_o, _] = self.axes.each_ref().map(Axis::angle);
         let is_apart = theta_i.zip(theta_o).is_some_and(|(theta_i, theta_o)| {
             let [.., home, _] = self.space.home();
@@ -215,9 +213,9 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Goniometer<S, D, H> {
             }
             return Ok(Motion::Moving);
         }
-        let arrived = self.route.take().map(|_| Motion::Arrived);
+        self.route = None;
         let Some(homing) = &mut self.homing else {
-            return Ok(arrived.unwrap_or(Motion::Resting));
+            return Ok(Motion::Resting);
         };
         if let Some(axis) = homing.next().and_then(|number| self.axes.get_mut(number)) {
             axis.begin(Task::Release);

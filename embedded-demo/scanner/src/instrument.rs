@@ -13,17 +13,17 @@ const POLL_US: u64 = 20;
 
 /// An instrument with four stepper axes, a lamp and a sensor, which [`run`](crate::run) moves.
 #[derive(Debug)]
-pub struct Instrument<S, D, H, R> {
-    pub(crate) arms: Goniometer<S, D, H>,
+pub struct Instrument<S, H, R> {
+    pub(crate) arms: Goniometer<S, H>,
     /// The lamp is on while it is high.
     lamp: S,
     sensor: R,
     polled: Instant,
 }
 
-impl<S: OutputPin, D: OutputPin, H: InputPin, R: Sensor> Instrument<S, D, H, R> {
+impl<S: OutputPin, H: InputPin, R: Sensor> Instrument<S, H, R> {
     /// Combines arms, a pin that switches the lamp on while it is high, and a sensor.
-    pub fn new(arms: Goniometer<S, D, H>, lamp: S, sensor: R) -> Self {
+    pub fn new(arms: Goniometer<S, H>, lamp: S, sensor: R) -> Self {
         Self {
             arms,
             lamp,
@@ -93,7 +93,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, R: Sensor> Instrument<S, D, H, R> 
             match self.arms.poll(elapsed_us)? {
                 Motion::Moving => {}
                 Motion::Homed(check) => return Ok(Some(check)),
-                Motion::Arrived | Motion::Resting => return Ok(None),
+                Motion::Resting => return Ok(None),
             }
         }
     }

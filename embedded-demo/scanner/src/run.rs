@@ -26,11 +26,11 @@ const READINGS_PER_HOMING: u16 = 32;
 /// Confirmed readings of `store` continue their scan. `line` is a stream from a host and one to it; the future of a read
 /// must not lose bytes when it is dropped, as those of buffered UARTs and USB ports. [`Event`]s are lines of text on it,
 /// between the frames of the link.
-pub async fn run<K: ScanModel, S: OutputPin, D: OutputPin, H: InputPin, R: Sensor>(
+pub async fn run<K: ScanModel, S: OutputPin, H: InputPin, R: Sensor>(
     mut scan: Scan<'_, K>,
     mut config: Config,
     white: White,
-    instrument: &mut Instrument<S, D, H, R>,
+    instrument: &mut Instrument<S, H, R>,
     store: &mut Store<impl NorFlash>,
     operator: &mut impl Operator,
     line: (impl Read, impl Write),
@@ -90,10 +90,9 @@ struct Scanner<'a, K: ScanModel> {
     optics: Optics,
 }
 
-impl<S, D, H, R, F, O, I, T> Device<'_, S, D, H, R, F, O, I, T>
+impl<S, H, R, F, O, I, T> Device<'_, S, H, R, F, O, I, T>
 where
     S: OutputPin,
-    D: OutputPin,
     H: InputPin,
     R: Sensor,
     F: NorFlash,

@@ -60,8 +60,8 @@ const fn store_at(start: u32, area_bytes: u32) -> Layout {
 }
 
 /// The parts of a board: for each axis the pins step, direction and switch; the rest in the order of its fields.
-struct Board<S, D, H, B, F, L, W> {
-    axes: [(S, D, H); 4],
+struct Board<S, H, B, F, L, W> {
+    axes: [(S, S, H); 4],
     /// It switches the lamp on while it is high.
     lamp: S,
     sensor: B,
@@ -75,11 +75,10 @@ struct Board<S, D, H, B, F, L, W> {
 }
 
 /// Scans on command, one material after the other, or reports an error of recipe, settings or flash.
-async fn scan<S, D, H>(
-    board: Board<S, D, H, impl I2c, impl NorFlash, (impl Read, impl Write), impl Wait + InputPin>,
+async fn scan<S, H>(
+    board: Board<S, H, impl I2c, impl NorFlash, (impl Read, impl Write), impl Wait + InputPin>,
 ) where
     S: OutputPin,
-    D: OutputPin,
     H: InputPin,
 {
     let mut panel = Panel::new(board.button, board.light);
@@ -90,15 +89,14 @@ async fn scan<S, D, H>(
     report(error, &mut panel, &mut sender).await
 }
 
-async fn start<S, D, H>(
-    (axes, lamp, sensor): ([(S, D, H); 4], S, impl I2c),
+async fn start<S, H>(
+    (axes, lamp, sensor): ([(S, S, H); 4], S, impl I2c),
     (flash, layout): (impl NorFlash, Layout),
     line: (impl Read, impl Write),
     panel: &mut impl Operator,
 ) -> Result<Infallible, Error>
 where
     S: OutputPin,
-    D: OutputPin,
     H: InputPin,
 {
     static MEMORY: StaticCell<[f32; MEMORY_WORDS]> = StaticCell::new();

@@ -100,7 +100,7 @@ impl Arm {
 }
 
 /// A goniometer of simulated arms.
-pub type Arms<'a> = Goniometer<Output<'a>, Output<'a>, Input<'a>>;
+pub type Arms<'a> = Goniometer<Output<'a>, Input<'a>>;
 
 /// Four simulated arms.
 #[derive(Debug)]

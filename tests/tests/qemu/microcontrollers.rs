@@ -1,6 +1,6 @@
 //! Every model and kind of recipe on microcontrollers: agreement with the host, and budgets.
 
-use glimpse_bench::recipes::masked;
+use glimpse_bench::recipes;
 use glimpse_bench::{is_missing, measure};
 use glimpse_core::fit::{AnyModel, Channels, ScanModel};
 use glimpse_core::geometry::HalfDifference;
@@ -71,8 +71,8 @@ fn all_targets_match_host_fit_bit_for_bit() {
 #[test]
 fn board_matches_host_fit_with_missing_readings() {
     for (name, recipe) in [
-        ("linear-lost", masked::LINEAR),
-        ("neural-lost", masked::NEURAL),
+        ("linear-lost", recipes::MASKED_LINEAR),
+        ("neural-lost", recipes::MASKED_NEURAL),
     ] {
         let recipe = Recipe::parse(recipe).unwrap();
         let mut measure_some = |index, angles| (!is_missing(index)).then(|| measure(angles).brdf);

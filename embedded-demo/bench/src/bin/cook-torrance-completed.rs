@@ -3,4 +3,4 @@
 #![no_std]
 #![no_main]
 
-glimpse_bench::fit!(CookTorrance, completed::COOK_TORRANCE);
+glimpse_bench::fit!(CookTorrance, COMPLETED_COOK_TORRANCE);

@@ -3,4 +3,4 @@
 #![no_std]
 #![no_main]
 
-glimpse_bench::fit!(Linear, completed::LINEAR);
+glimpse_bench::fit!(Linear, COMPLETED_LINEAR);

@@ -3,4 +3,4 @@
 #![no_std]
 #![no_main]
 
-glimpse_bench::fit!(Linear, masked::LINEAR);
+glimpse_bench::fit!(Linear, MASKED_LINEAR);

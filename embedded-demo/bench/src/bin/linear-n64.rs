@@ -3,4 +3,4 @@
 #![no_std]
 #![no_main]
 
-glimpse_bench::fit!(Linear, large::LINEAR_64);
+glimpse_bench::fit!(Linear, LINEAR_64);

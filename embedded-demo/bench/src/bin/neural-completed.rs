@@ -3,4 +3,4 @@
 #![no_std]
 #![no_main]
 
-glimpse_bench::fit!(Neural, completed::NEURAL);
+glimpse_bench::fit!(Neural, COMPLETED_NEURAL);

@@ -3,4 +3,4 @@
 #![no_std]
 #![no_main]
 
-glimpse_bench::fit!(Neural, masked::NEURAL, true, None);
+glimpse_bench::fit!(Neural, MASKED_NEURAL, true, None);

@@ -3,4 +3,4 @@
 #![no_std]
 #![no_main]
 
-glimpse_bench::fit!(Neural, large::NEURAL_64);
+glimpse_bench::fit!(Neural, NEURAL_64);

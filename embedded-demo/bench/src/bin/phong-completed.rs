@@ -3,4 +3,4 @@
 #![no_std]
 #![no_main]
 
-glimpse_bench::fit!(Phong, completed::PHONG);
+glimpse_bench::fit!(Phong, COMPLETED_PHONG);

@@ -8,7 +8,7 @@ use glimpse_desk::Wiring::*;
 use glimpse_desk::axes::AXES;
 use glimpse_desk::{Arms, Machine, directions};
 use glimpse_scanner::axis::Settings;
-use glimpse_scanner::goniometer::Motion::{self, Arrived, Homed};
+use glimpse_scanner::goniometer::Motion::{self, Homed, Resting};
 use glimpse_scanner::goniometer::StepCheck::{Lost, Passed, Unknown};
 use glimpse_scanner::route::{AxisAngles, Space};
 
@@ -36,7 +36,7 @@ fn home(arms: &mut Arms) -> Result<Motion, Error> {
 
 fn go_to(arms: &mut Arms, angles: AxisAngles) {
     arms.go_to(angles).unwrap();
-    assert_eq!(settle(arms, 40, || ()), Ok(Arrived));
+    assert_eq!(settle(arms, 40, || ()), Ok(Resting));
 }
 
 /// Polls `rounds` times 100 us, or until an error.
