@@ -12,4 +12,4 @@ mod scalar;
 pub use floats::Floats;
 pub use parts::split;
 pub use rows::{ComponentRows, Matrix, PackedRows, Rows};
-pub use scalar::{Real, Scalar, Stored, TERMS, Trigonometry, Value};
+pub use scalar::{Real, Scalar, Stored, Trigonometry, Value};

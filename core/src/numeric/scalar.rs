@@ -11,9 +11,6 @@ use super::math;
 pub trait Value: Copy + Send + Sync + 'static {}
 impl<T: Copy + Send + Sync + 'static> Value for T {}
 
-/// The number of terms that are added together: see [`Scalar::add_terms`].
-pub const TERMS: usize = 8;
-
 /// A number, or several numbers that are computed together.
 ///
 /// Two associated types reduce memory traffic for wide scalars. All samples share a parameter, so it is stored as a
@@ -31,9 +28,6 @@ pub trait Scalar:
     type Parameter: Value;
     /// The accumulator of an entry of a gradient.
     type Sum: Value;
-
-    /// True if [`add_terms`](Self::add_terms) takes less time than single additions.
-    const ADDS_TERMS_TOGETHER: bool = false;
 
     /// True if a test for zero takes less time than a product. A single number is often 0, but many numbers together
     /// hardly ever are.
@@ -62,25 +56,6 @@ pub trait Scalar:
         b: &[Self; J],
     ) {
         let mut sums = sums;
-        if Self::ADDS_TERMS_TOGETHER {
-            let (blocks, last) = b.as_chunks();
-            for (row, a) in sums.iter_mut().zip(&a) {
-                let (sums, last_sums) = row.as_chunks_mut::<TERMS>();
-                for (sums, b) in sums.iter_mut().zip(blocks) {
-                    let mut terms: [Self; TERMS] = *b;
-                    for term in &mut terms {
-                        *term = *a * *term;
-                    }
-                    Self::add_terms(sums, &terms);
-                }
-                let mut terms = [Self::constant(0.0); TERMS];
-                for (term, b) in terms.iter_mut().zip(last) {
-                    *term = *a * *b;
-                }
-                Self::add_terms(last_sums, &terms);
-            }
-            return;
-        }
         for (column, b) in b.iter().enumerate() {
             if I > 1 && b.is_zero() {
                 continue;
@@ -95,13 +70,6 @@ pub trait Scalar:
     /// `sums[i] += terms[i]`.
     #[inline(always)]
     fn add_all<const N: usize>(sums: &mut [Self::Sum; N], terms: &[Self; N]) {
-        for (sum, term) in sums.iter_mut().zip(terms) {
-            Self::add_to(sum, *term);
-        }
-    }
-    /// `sums[i] += terms[i]`, for at most [`TERMS`] sums.
-    #[inline(always)]
-    fn add_terms(sums: &mut [Self::Sum], terms: &[Self; TERMS]) {
         for (sum, term) in sums.iter_mut().zip(terms) {
             Self::add_to(sum, *term);
         }

@@ -8,7 +8,7 @@ use std::array::from_fn;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::{Model, ParameterSet};
-use glimpse_core::numeric::{Scalar, TERMS, Trigonometry};
+use glimpse_core::numeric::{Scalar, Trigonometry};
 
 use crate::operators::operators;
 
@@ -87,7 +87,6 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
     type Parameter = Dual<T::Parameter, N>;
     /// Only the tangents of a gradient are summed; the forward sweep computed its value.
     type Sum = [T::Sum; N];
-    const ADDS_TERMS_TOGETHER: bool = N == 1 && T::ADDS_TERMS_TOGETHER;
 
     #[inline(always)]
     fn constant(value: f64) -> Self {
@@ -119,16 +118,6 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
         for (sum, tangent) in sum.iter_mut().zip(&a.tangent) {
             T::add_to(sum, *tangent);
         }
-    }
-
-    /// Only for one tangent: see [`ADDS_TERMS_TOGETHER`](Scalar::ADDS_TERMS_TOGETHER).
-    #[inline(always)]
-    fn add_terms(sums: &mut [Self::Sum], terms: &[Self; TERMS]) {
-        let mut tangents = [T::constant(0.0); TERMS];
-        for (tangent, term) in tangents.iter_mut().zip(terms) {
-            *tangent = term.tangent[0];
-        }
-        T::add_terms(sums.as_flattened_mut(), &tangents);
     }
 
     #[inline(always)]

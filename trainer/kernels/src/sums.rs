@@ -12,12 +12,12 @@ use glimpse_core::numeric::Scalar;
 
 use crate::dual::Dual;
 use crate::lanes::{
-    Lanes, MAX_OCTETS, Octet, RegisterPair, ScalarSums, WIDTH, coordinates, coordinates_mut, kernel,
+    Lanes, MAX_OCTETS, Octet, RegisterPair, WIDTH, coordinates, coordinates_mut, kernel,
 };
 use crate::samples::{SampleOctets, entries, entries_mut};
 
-/// Returns true if sums on lanes would fill the cache. Then sums over a list that fits in one register are scalar, and
-/// sums over a long list add several registers each time that they load the sum.
+/// Returns true if sums on lanes would fill the cache. Then sums over eight samples use narrow registers, and sums over a
+/// long list add several registers each time that they load the sum.
 const fn has_many_parameters<M: Model>() -> bool {
     M::PARAMETERS > 64
 }
@@ -33,7 +33,7 @@ kernel! {
     ) -> f32 {
         let count = octets.len();
         if const { has_many_parameters::<M>() } && count <= L::Narrow::OCTETS {
-            add_gradients::<ScalarSums<L::Narrow>, M>(theta, samples, octets, gradient)
+            add_gradients::<L::Narrow, M>(theta, samples, octets, gradient)
         } else if const { has_many_parameters::<M>() && L::Pair::OCTETS > L::OCTETS }
             && count > 2 * L::OCTETS
         {
@@ -74,18 +74,17 @@ kernel! {
         derivatives: Option<&'a mut [SampleGradient<Octet>]>,
     ) {
         // Derivatives of few samples are almost free, so they are always computed: one kernel serves both cases.
+        let has_derivatives = derivatives.is_some();
         if const { has_many_parameters::<M>() } && octets.len() <= L::Narrow::OCTETS {
-            add_products::<ScalarSums<L::Narrow>, M, true>(theta, samples, octets, product, derivatives);
-        } else if const { has_many_parameters::<M>() } {
-            if derivatives.is_some() {
+            add_products::<L::Narrow, M, true>(theta, samples, octets, product, derivatives);
+        } else if const { has_many_parameters::<M>() } && has_derivatives {
             add_products::<L::Pair, M, true>(theta, samples, octets, product, derivatives);
-            } else {
-            add_products::<L::Pair, M, false>(theta, samples, octets, product, derivatives);
-            }
-        } else if derivatives.is_some() {
+        } else if const { has_many_parameters::<M>() } {
+            add_products::<L::Pair, M, false>(theta, samples, octets, product, None);
+        } else if has_derivatives {
             add_products::<L, M, true>(theta, samples, octets, product, derivatives);
         } else {
-            add_products::<L, M, false>(theta, samples, octets, product, derivatives);
+            add_products::<L, M, false>(theta, samples, octets, product, None);
         }
     }
 }

@@ -20,7 +20,6 @@ mod octet;
 mod portable;
 mod register;
 mod register_pair;
-mod scalar_sums;
 
 pub use instruction_set::InstructionSet;
 pub use octet::{MAX_OCTETS, Octet, OctetDirections, Octets, WIDTH};
@@ -29,4 +28,3 @@ pub use portable::PortableLanes;
 pub use register::{Kernel, Lanes, OneRegister, load_directions};
 pub(crate) use register::{add_totals, kernel, load};
 pub use register_pair::RegisterPair;
-pub use scalar_sums::ScalarSums;

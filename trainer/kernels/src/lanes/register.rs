@@ -45,49 +45,6 @@ macro_rules! kernel {
 }
 pub(crate) use kernel;
 
-/// Implements the operators, or the methods of [`Scalar`] other than sums, of a type that wraps lanes `L` in the given
-/// fields.
-macro_rules! lanewise {
-    (operators of $wrapper:ident: $($field:tt)*) => {
-        $crate::operators::operators! {
-            {L: Lanes} $wrapper<L>, a, b:
-            Add add Self($(a.$field + b.$field),*),
-            Sub sub Self($(a.$field - b.$field),*),
-            Mul mul Self($(a.$field * b.$field),*),
-            Div div Self($(a.$field / b.$field),*);
-            Neg Self($(-a.$field),*)
-        }
-    };
-    (methods: $($field:tt)*) => {
-        #[inline(always)]
-        fn constant(value: f64) -> Self {
-            Self($(lanewise!(@repeat $field L::constant(value))),*)
-        }
-        #[inline(always)]
-        fn broadcast(parameter: f32) -> Self {
-            Self($(lanewise!(@repeat $field L::broadcast(parameter))),*)
-        }
-        #[inline(always)]
-        fn plus_product(self, a: Self, b: Self) -> Self {
-            Self($(self.$field.plus_product(a.$field, b.$field)),*)
-        }
-        #[inline(always)]
-        fn if_positive(self, then: Self, otherwise: Self) -> Self {
-            Self($(self.$field.if_positive(then.$field, otherwise.$field)),*)
-        }
-        #[inline(always)]
-        fn exp(self) -> Self {
-            Self($(self.$field.exp()),*)
-        }
-        #[inline(always)]
-        fn ln(self) -> Self {
-            Self($(self.$field.ln()),*)
-        }
-    };
-    (@repeat $field:tt $value:expr) => { $value };
-}
-pub(super) use lanewise;
-
 /// Numbers in one or more registers. Their count is a multiple of eight.
 pub trait Lanes: Scalar<Parameter = f32> {
     /// The number of octets.

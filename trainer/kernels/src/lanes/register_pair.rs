@@ -2,21 +2,52 @@
 
 use glimpse_core::numeric::Scalar;
 
-use super::register::lanewise;
 use super::{Lanes, Octet, Octets};
+use crate::operators::operators;
 
 /// Twice the lanes of `L`.
 #[derive(Clone, Copy, Debug)]
 pub struct RegisterPair<L>(L, L);
 
-lanewise!(operators of RegisterPair: 0 1);
+operators! {
+    {L: Lanes} RegisterPair<L>, a, b:
+    Add add Self(a.0 + b.0, a.1 + b.1),
+    Sub sub Self(a.0 - b.0, a.1 - b.1),
+    Mul mul Self(a.0 * b.0, a.1 * b.1),
+    Div div Self(a.0 / b.0, a.1 / b.1);
+    Neg Self(-a.0, -a.1)
+}
 
 impl<L: Lanes> Scalar for RegisterPair<L> {
     type Parameter = f32;
     /// Both registers add to the same sum, so a sum needs only one register.
     type Sum = L::Sum;
 
-    lanewise!(methods: 0 1);
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        Self(L::constant(value), L::constant(value))
+    }
+    #[inline(always)]
+    fn broadcast(parameter: f32) -> Self {
+        Self(L::broadcast(parameter), L::broadcast(parameter))
+    }
+    #[inline(always)]
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        Self(self.0.plus_product(a.0, b.0), self.1.plus_product(a.1, b.1))
+    }
+    #[inline(always)]
+    fn if_positive(self, then: Self, otherwise: Self) -> Self {
+        let first = self.0.if_positive(then.0, otherwise.0);
+        Self(first, self.1.if_positive(then.1, otherwise.1))
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        Self(self.0.exp(), self.1.exp())
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        Self(self.0.ln(), self.1.ln())
+    }
     #[inline(always)]
     fn add_product(sum: &mut L::Sum, a: Self, b: Self) {
         L::add_product(sum, a.0, b.0);
