@@ -170,28 +170,6 @@ impl Batch {
         }
     }
 
-    /// Computes the coefficients from the readings.
-    pub fn complete(&mut self, weights: &CompletionWeights<'_>) {
-        complete(self, weights);
-    }
-
-    /// Computes the offsets of the initial parameters from the coefficients.
-    pub fn activate(&mut self, weights: &CompletionWeights<'_>) {
-        activate(self, weights);
-    }
-
-    /// Propagates the gradients with respect to initial parameters backwards. Adds the gradient with respect to the init
-    /// net's weights to the argument, and that with respect to the coefficients to the gradient of these.
-    pub fn start_net_adjoint(&mut self, weights: &CompletionWeights<'_>, by_start_net: &mut [f32]) {
-        start_net_adjoint(self, weights, by_start_net);
-    }
-
-    /// Propagates the gradients with respect to coefficients backwards. Adds the gradient with respect to the
-    /// coefficient net's weights to the argument, and stores that with respect to the readings.
-    pub fn adjoint(&mut self, weights: &CompletionWeights<'_>, by_coefficient_net: &mut [f32]) {
-        coefficient_net_adjoint(self, weights, by_coefficient_net);
-    }
-
     /// Loads the inputs of all samples, as [`Lists::load`] does.
     #[inline(always)]
     fn load_inputs<L: Lanes>(&self, first: usize, flat: &mut [L], inputs: &mut Vec<Input<L>>) {
@@ -211,7 +189,8 @@ const INPUTS: usize = 4;
 
 kernel! {
     on InstructionSet::detect();
-    fn complete<'a, L: Lanes>(batch: &'a mut Batch, weights: &'a CompletionWeights<'a>) {
+    /// Computes the coefficients of a batch from the readings.
+    pub fn complete<'a, L: Lanes>(batch: &'a mut Batch, weights: &'a CompletionWeights<'a>) {
         let (shape, octets) = (batch.shape, batch.octets);
         let coefficient_net = weights.coefficient_net::<L>();
         let mut flat = vec![L::constant(0.0); batch.inputs.length];
@@ -227,7 +206,8 @@ kernel! {
 
 kernel! {
     on InstructionSet::detect();
-    fn activate<'a, L: Lanes>(batch: &'a mut Batch, weights: &'a CompletionWeights<'a>) {
+    /// Computes the offsets of the initial parameters from the coefficients.
+    pub fn activate<'a, L: Lanes>(batch: &'a mut Batch, weights: &'a CompletionWeights<'a>) {
         let (shape, octets) = (batch.shape, batch.octets);
         let coefficient_net = weights.coefficient_net::<L>();
         let start_net = weights.start_net::<L>();
@@ -261,7 +241,9 @@ fn drop_repeated<L: Lanes>(first: usize, octets: usize, list: &mut [L]) {
 
 kernel! {
     on InstructionSet::detect();
-    fn start_net_adjoint<'a, L: Lanes>(
+    /// Propagates the gradients with respect to initial parameters backwards. Adds the gradient with respect to the start
+    /// net's weights to the argument, and that with respect to the coefficients to the gradient of these.
+    pub fn start_net_adjoint<'a, L: Lanes>(
         batch: &'a mut Batch,
         weights: &'a CompletionWeights<'a>,
         by_start_net: &'a mut [f32],
@@ -305,7 +287,9 @@ kernel! {
 
 kernel! {
     on InstructionSet::detect();
-    fn coefficient_net_adjoint<'a, L: Lanes>(
+    /// Propagates the gradients with respect to coefficients backwards. Adds the gradient with respect to the coefficient
+    /// net's weights to the argument, and stores that with respect to the readings.
+    pub fn coefficient_net_adjoint<'a, L: Lanes>(
         batch: &'a mut Batch,
         weights: &'a CompletionWeights<'a>,
         by_coefficient_net: &'a mut [f32],

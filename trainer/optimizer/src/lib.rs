@@ -29,6 +29,9 @@ pub struct Groups<T> {
     pub start_net: T,
 }
 
+/// Meta-parameters, or their gradient.
+pub type Values = Groups<Vec<f32>>;
+
 impl<T> Groups<T> {
     /// Returns the groups in a fixed order.
     pub fn each(&self) -> [&T; 5] {
@@ -78,21 +81,15 @@ impl<T> Groups<T> {
 /// Meta-parameters with their Adam optimizer, as plain numbers. Only a step converts them to tensors: reading a stored
 /// tensor would share it, and burn copies a shared tensor one number at a time, which takes longer than the step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Optimizer(Groups<Group>);
-
-/// The parameters of a group, and Adam's state: None before the first step.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Group {
-    values: Vec<f32>,
-    moments: Option<Moments>,
-}
-
-/// Adam's state: the number of steps, and the running means of gradients and of squared gradients.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Moments {
-    steps: u64,
-    first: Vec<f32>,
-    second: Vec<f32>,
+pub struct Optimizer {
+    /// The current values.
+    pub values: Values,
+    /// The running means of gradients.
+    first_moments: Values,
+    /// The running means of squared gradients.
+    second_moments: Values,
+    /// The number of steps of each group.
+    steps: Groups<u64>,
 }
 
 fn tensor(values: Vec<f32>) -> Tensor<Backend, 1> {
@@ -109,92 +106,62 @@ fn to_vec(tensor: Tensor<Backend, 1>) -> Vec<f32> {
     }
 }
 
-impl Group {
-    /// Takes one step of Adam.
-    fn step(&mut self, gradient: Vec<f32>, rate: f64) {
-        let state = self.moments.take().map(|moments| {
-            AdamState::new(AdaptiveMomentumState::new(
-                moments.steps as usize,
-                tensor(moments.first),
-                tensor(moments.second),
-            ))
-        });
-        let adam = AdamConfig::new().with_epsilon(1e-8).build();
-        let values = tensor(std::mem::take(&mut self.values));
-        let (values, state) = adam.step(rate, values, tensor(gradient), state);
-        self.values = to_vec(values);
-        self.moments = state.map(|AdamState { momentum }| Moments {
-            steps: momentum.time as u64,
-            first: to_vec(momentum.moment_1),
-            second: to_vec(momentum.moment_2),
-        });
-    }
-
-    fn lists_mut(&mut self) -> [Option<&mut Vec<f32>>; 3] {
-        let (first, second) = match &mut self.moments {
-            Some(moments) => (Some(&mut moments.first), Some(&mut moments.second)),
-            None => (None, None),
-        };
-        [Some(&mut self.values), first, second]
-    }
-}
-
 impl Optimizer {
     /// Creates an optimizer with the given values.
     #[must_use]
-    pub fn new(values: Groups<Vec<f32>>) -> Self {
-        Self(values.map(|values| Group {
+    pub fn new(values: Values) -> Self {
+        let zeros = values.as_ref().map(|list| vec![0.0; list.len()]);
+        Self {
             values,
-            moments: None,
-        }))
-    }
-
-    /// Returns the current values.
-    #[must_use]
-    pub fn values(&self) -> Groups<Vec<f32>> {
-        self.0.as_ref().map(|group| group.values.clone())
-    }
-
-    /// Returns the pattern, for a projection onto its constraints after a step.
-    pub fn pattern_mut(&mut self) -> &mut [f32] {
-        &mut self.0.pattern.values
+            first_moments: zeros.clone(),
+            second_moments: zeros,
+            steps: Groups::default(),
+        }
     }
 
     /// Takes one step of Adam with a learning rate for each group. A rate of 0 leaves a group unchanged.
-    pub fn step(&mut self, gradients: Groups<Vec<f32>>, rates: &Groups<f64>) {
-        let groups = self.0.each_mut().into_iter();
-        for ((group, gradient), rate) in groups.zip(gradients.each()).zip(rates.each()) {
-            if *rate != 0.0 && !gradient.is_empty() {
-                group.step(gradient.clone(), *rate);
+    pub fn step(&mut self, gradients: Values, rates: &Groups<f64>) {
+        let adam = AdamConfig::new().with_epsilon(1e-8).build();
+        let lists = self.values.each_mut().into_iter();
+        let moments = self.first_moments.each_mut().into_iter();
+        let moments = moments.zip(self.second_moments.each_mut());
+        let groups = lists.zip(moments).zip(self.steps.each_mut());
+        let inputs = gradients.each().into_iter().zip(rates.each());
+        for (((values, (first, second)), steps), (gradient, rate)) in groups.zip(inputs) {
+            if *rate == 0.0 || gradient.is_empty() {
+                continue;
+            }
+            let [before, first_before, second_before] =
+                [&mut *values, &mut *first, &mut *second].map(|list| tensor(std::mem::take(list)));
+            let momentum = AdaptiveMomentumState::new(*steps as usize, first_before, second_before);
+            let state = Some(AdamState::new(momentum));
+            let (after, state) = adam.step(*rate, before, tensor(gradient.clone()), state);
+            *values = to_vec(after);
+            if let Some(AdamState { momentum }) = state {
+                *steps = momentum.time as u64;
+                *first = to_vec(momentum.moment_1);
+                *second = to_vec(momentum.moment_2);
             }
         }
     }
 
-    /// Applies a rearrangement of numbers to the values, and to the moments. It must keep all lengths, and is also called
-    /// with empty lists.
-    pub fn rearrange(&mut self, rearrange: impl Fn(Groups<Vec<f32>>) -> Groups<Vec<f32>>) {
-        for index in 0..3 {
-            let take = |group: &mut Group| group.lists_mut()[index].take().map(std::mem::take);
-            let mut before = Groups::default();
-            for (list, group) in before.each_mut().into_iter().zip(self.0.each_mut()) {
-                *list = take(group).unwrap_or_default();
-            }
-            let mut after = rearrange(before);
-            for (list, group) in after.each_mut().into_iter().zip(self.0.each_mut()) {
-                if let Some(target) = group.lists_mut()[index].take() {
-                    *target = std::mem::take(list);
-                }
-            }
+    /// Applies a rearrangement of numbers to the values, and to the moments. It must keep all lengths.
+    pub fn rearrange(&mut self, rearrange: impl Fn(Values) -> Values) {
+        for lists in [
+            &mut self.values,
+            &mut self.first_moments,
+            &mut self.second_moments,
+        ] {
+            *lists = rearrange(std::mem::take(lists));
         }
     }
 
     /// Returns true if each group has as many moments as values. Bytes of a file may differ.
     #[must_use]
     pub fn is_valid(&self) -> bool {
-        self.0.each().into_iter().all(|Group { values, moments }| {
-            let lengths = |moments: &Moments| [moments.first.len(), moments.second.len()];
-            let moments = moments.as_ref().map(lengths);
-            moments.is_none_or(|lengths| lengths == [values.len(); 2])
-        })
+        let lengths = |lists: &Values| lists.each().map(Vec::len);
+        [&self.first_moments, &self.second_moments]
+            .iter()
+            .all(|moments| lengths(moments) == lengths(&self.values))
     }
 }

@@ -8,19 +8,14 @@ use glimpse_core::checksum::crc_32;
 use glimpse_fitting::recipe::identity::RunIdentity;
 use glimpse_materials::files;
 use glimpse_materials::untrusted::read_at_most;
-use glimpse_optimizer::Optimizer;
+use glimpse_optimizer::{Optimizer, Values};
 use serde::{Deserialize, Serialize};
 
-use super::phase::Values;
 use super::scan_budget::INITIAL_WEIGHT;
 
-/// The file name of the first stage without its extension; later stages append their number.
-const FILE_STEM: &str = "checkpoint";
-/// The extension of all checkpoint files.
-const FILE_EXTENSION: &str = "bin";
 /// A file starts with the magic bytes, one format byte, and the CRC-32 of the rest, little-endian.
 const MAGIC: [u8; 3] = *b"GLC";
-const FORMAT: u8 = b'6';
+const FORMAT: u8 = b'7';
 /// The maximum size of a file in bytes, hundreds of times the size for the largest network.
 const MAX_BYTES: u64 = 1 << 30;
 
@@ -46,17 +41,8 @@ pub enum CheckpointError {
         /// The I/O error.
         source: io::Error,
     },
-    /// The checkpoint has the format of another version of this program.
-    #[error(
-        "{} was written by another version of this program; resume with that version, or delete it to \
-         start over", path.display()
-    )]
-    OtherVersion {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The file is not a complete checkpoint.
-    #[error("{} is not a complete checkpoint: {reason}; delete it to start over", path.display())]
+    /// The file is not a complete checkpoint, or that of another version of this program.
+    #[error("{} is not a usable checkpoint: {reason}; delete it to start over", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
@@ -76,9 +62,6 @@ pub enum CheckpointError {
         /// The identity stored in the checkpoint.
         actual: RunIdentity,
     },
-    /// The state cannot be serialized.
-    #[error("cannot serialize the checkpoint: {0}; report this as a bug")]
-    Record(String),
 }
 
 /// The state of a training run, as saved to a file.
@@ -96,7 +79,7 @@ pub struct Checkpoint {
     pub epoch_loss: f32,
     /// The weight of a second of motion, for a run with a [scan budget](super::scan_budget).
     pub motion_weight: f32,
-    /// The best values so far with their loss, as defined by the phase's [`Selection`](super::phase::Selection).
+    /// The best values so far with their loss, as defined by the phase's [`Selection`](super::outer::Selection).
     pub best: Option<(f32, Values)>,
 }
 
@@ -120,7 +103,7 @@ impl Checkpoint {
     pub fn best_values(&self) -> Values {
         match &self.best {
             Some((_, values)) => values.clone(),
-            None => self.optimizer.values(),
+            None => self.optimizer.values.clone(),
         }
     }
 
@@ -128,7 +111,7 @@ impl Checkpoint {
     pub fn store_if_better(&mut self, loss: f32) {
         let smallest = self.best.as_ref().map_or(f32::INFINITY, |(loss, _)| *loss);
         if loss < smallest {
-            self.best = Some((loss, self.optimizer.values()));
+            self.best = Some((loss, self.optimizer.values.clone()));
         }
     }
 
@@ -136,8 +119,8 @@ impl Checkpoint {
     #[must_use]
     pub fn path(directory: &Path, stage: usize) -> PathBuf {
         match stage {
-            0 => directory.join(format!("{FILE_STEM}.{FILE_EXTENSION}")),
-            stage => directory.join(format!("{FILE_STEM}-{stage}.{FILE_EXTENSION}")),
+            0 => directory.join("checkpoint.bin"),
+            stage => directory.join(format!("checkpoint-{stage}.bin")),
         }
     }
 
@@ -147,38 +130,25 @@ impl Checkpoint {
         Self::path(directory, 0).exists()
     }
 
-    fn bytes(&self) -> Result<Vec<u8>, CheckpointError> {
-        let body = postcard::to_stdvec(self)
-            .map_err(|error| CheckpointError::Record(error.to_string()))?;
-        let checksum = crc_32(&body).to_le_bytes();
-        Ok([&MAGIC[..], &[FORMAT], &checksum, &body].concat())
-    }
-
-    /// Parses a file. The checksum covers all bytes after it.
-    fn parse(bytes: &[u8]) -> Result<Self, ParseError> {
-        let Some((format, rest)) = bytes.strip_prefix(&MAGIC).and_then(<[u8]>::split_first) else {
-            return Err(ParseError::Damaged(
-                "its first bytes are not those of a checkpoint",
-            ));
+    /// Parses a file, or returns its defect. The checksum covers all bytes after it.
+    fn parse(bytes: &[u8]) -> Result<Self, &'static str> {
+        let rest = bytes.strip_prefix(&MAGIC);
+        let rest = rest.ok_or("its first bytes are not those of a checkpoint")?;
+        let Some(([format, checksum @ ..], body)) = rest.split_first_chunk::<5>() else {
+            return Err("it is truncated");
         };
         if *format != FORMAT {
-            return Err(ParseError::OtherVersion);
+            return Err("another version of this program wrote it, and can resume it");
         }
-        let Some((checksum, body)) = rest.split_first_chunk() else {
-            return Err(ParseError::Damaged("it is truncated"));
-        };
         if crc_32(body) != u32::from_le_bytes(*checksum) {
-            return Err(ParseError::Damaged("its checksum does not match"));
+            return Err("its checksum does not match");
         }
         match postcard::take_from_bytes(body) {
-            Ok((Self { optimizer, .. }, [])) if !optimizer.is_valid() => Err(ParseError::Damaged(
-                "its optimizer has different numbers of values and moments",
-            )),
+            Ok((Self { optimizer, .. }, [])) if !optimizer.is_valid() => {
+                Err("its optimizer has different numbers of values and moments")
+            }
             Ok((checkpoint, [])) => Ok(checkpoint),
-            Ok(_) => Err(ParseError::Damaged("it has trailing bytes")),
-            Err(_) => Err(ParseError::Damaged(
-                "its content does not follow the format",
-            )),
+            _ => Err("its content does not follow the format"),
         }
     }
 
@@ -187,8 +157,11 @@ impl Checkpoint {
     /// # Errors
     /// If the file cannot be written. An older file then remains intact.
     pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
-        let bytes = self.bytes()?;
-        create_parent_directory(path)
+        let body = postcard::to_stdvec(self).expect("lists of known length have an encoding");
+        let checksum = crc_32(&body).to_le_bytes();
+        let bytes = [&MAGIC[..], &[FORMAT], &checksum, &body].concat();
+        let directory = path.parent().map_or(Ok(()), files::ensure_dir);
+        directory
             .and_then(|()| files::write_atomic(path, &bytes))
             .map_err(|source| CheckpointError::Write {
                 path: path.into(),
@@ -214,8 +187,7 @@ impl Checkpoint {
                 expected: *identity,
                 actual: checkpoint.identity,
             }),
-            Err(ParseError::OtherVersion) => Err(CheckpointError::OtherVersion { path }),
-            Err(ParseError::Damaged(reason)) => Err(CheckpointError::Damaged { path, reason }),
+            Err(reason) => Err(CheckpointError::Damaged { path, reason }),
         }
     }
 
@@ -229,16 +201,6 @@ impl Checkpoint {
         }
         let _ = fs::remove_dir(directory);
     }
-}
-
-/// The reason to reject a file.
-enum ParseError {
-    OtherVersion,
-    Damaged(&'static str),
-}
-
-fn create_parent_directory(path: &Path) -> io::Result<()> {
-    path.parent().map_or(Ok(()), files::ensure_dir)
 }
 
 #[cfg(test)]
@@ -289,10 +251,7 @@ mod tests {
             other[position] ^= 0x40;
             fs::write(&path, other).expect("the file is written");
             let error = Checkpoint::read(&path, &RUN).expect_err("a byte differs");
-            let is_version = matches!(error, CheckpointError::OtherVersion { .. });
-            assert_eq!(is_version, position == MAGIC.len(), "{error}");
-            let is_damaged = matches!(error, CheckpointError::Damaged { .. });
-            assert_eq!(is_damaged, !is_version, "{error}");
+            assert!(matches!(error, CheckpointError::Damaged { .. }), "{error}");
         }
         fs::write(&path, [&bytes[..], &[0]].concat()).expect("the file is written");
         let error = Checkpoint::read(&path, &RUN).expect_err("the file has a trailing byte");

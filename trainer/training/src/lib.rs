@@ -4,16 +4,15 @@
 //!
 //! - [`linear`]: principal components of materials, for the model Linear
 //! - [`initialization`]: initial parameters
-//! - [`phase`]: what is trained, and the steps of a phase
 //! - [`pattern`]: patterns above the horizon and within limits
-//! - [`streams`]: random numbers of steps
 //! - [`tasks`]: simulated scans of materials
 //! - [`correction`]: coefficients that agree with their readings
 //! - [`scan_budget`]: patterns within a time of scanning
 //! - [`checkpoint`]: states of interrupted runs
-//! - [`outer`]: the loop over steps and phases
 //! - [`loss_predictor`]: the loss of a fit, predicted from its readings
-//! - `learned`: the result of a run
+//! - `result`: the result of a run
+//! - [`outer`]: the loop over steps and phases
+//! - [`streams`]: random numbers of steps
 //! - [`paper`]: the schedule of the paper
 //! - [`prior`]: the schedule that completes readings by a learned prior
 //! - [`run`]: a training, from materials to a recipe
@@ -21,14 +20,13 @@
 pub mod checkpoint;
 pub mod correction;
 pub mod initialization;
-mod learned;
 pub mod linear;
 pub mod loss_predictor;
 pub mod outer;
 pub mod paper;
 pub mod pattern;
-pub mod phase;
 pub mod prior;
+mod result;
 pub mod run;
 pub mod scan_budget;
 pub mod streams;

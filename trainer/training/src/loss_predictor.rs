@@ -25,19 +25,6 @@ const LIKE_TRAINING: f64 = 0.99;
 /// The largest weight of a recipe's prediction.
 const MAX_PREDICTION: f32 = 1e4;
 
-/// The use of the evidence in a prediction; see [`glimpse_core::fit::prediction`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Uncertainty {
-    /// The exponent of the innovation.
-    pub innovation: f32,
-    /// The exponent of the residual.
-    pub residual: f32,
-    /// The ratio of the upper bound to the predicted loss.
-    pub bound: f32,
-    /// The largest innovation of a material like those of the training.
-    pub max_innovation: f32,
-}
-
 /// The evidence of readings for the loss of a fit.
 #[derive(Clone, Copy, Debug)]
 pub struct Evidence {
@@ -139,13 +126,16 @@ impl HeldOutLoss {
 /// A log-linear predictor of the loss: the exponential of a bias plus weighted coefficients.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LossPredictor {
-    /// The bias, and one weight per coefficient.
+    /// The bias, one weight per coefficient, and those of the logarithms of innovation and residual; see
+    /// [`glimpse_core::fit::prediction`].
     pub weights: Vec<f32>,
+    /// The ratio of the upper bound to the predicted loss.
+    pub bound: f32,
+    /// The largest innovation of a material like those of the training.
+    pub max_innovation: f32,
     /// Spearman's rank correlation of predicted and actual losses on plain materials. The losses of a fold are
     /// predicted by a regression on the other folds. None for fewer than two plain materials.
     pub rank_correlation: Option<f64>,
-    /// The evidence of the readings.
-    pub uncertainty: Uncertainty,
     /// The mean held-out loss of the materials of each source. Empty for a single source.
     pub source_losses: Vec<LossEstimate>,
     /// The prediction for scans that end early. None if the recipe needs all readings.
@@ -181,33 +171,26 @@ impl LossPredictor {
             .iter()
             .map(|((weight, _), [actual, predicted])| (*weight, actual / (ratio * predicted)));
         let bound = quantile(ratios.collect(), COVERAGE)?.max(1.0);
-        let smooth = || {
-            held_out
-                .iter()
-                .filter(|(_, each)| each.origin != HeldOutOrigin::Rough)
-        };
+        let smooth = held_out
+            .iter()
+            .filter(|(_, each)| each.origin != HeldOutOrigin::Rough);
         let innovations =
-            smooth().map(|(weight, each)| (*weight, f64::from(each.evidence.innovation)));
+            smooth.map(|(weight, each)| (*weight, f64::from(each.evidence.innovation)));
         let max_innovation = quantile(innovations.collect(), LIKE_TRAINING)?;
         let (actual, predicted): (Vec<f64>, Vec<f64>) = pairs
             .iter()
             .filter(|((_, each), _)| each.origin.is_training_material())
             .map(|(_, [actual, predicted])| (*actual, *predicted))
             .unzip();
-        let residual = weights.pop()?;
-        let innovation = weights.pop()?;
-        let is_in_range = |weight: &f32| weight.abs() <= MAX_PREDICTION;
-        weights.iter().all(is_in_range).then(|| Self {
+        let mut others = weights.iter().rev().skip(EVIDENCE);
+        let is_in_range = others.all(|weight| weight.abs() <= MAX_PREDICTION);
+        is_in_range.then(|| Self {
             rank_correlation: rank_correlation(&predicted, &actual),
             weights,
+            bound: bound as f32,
+            max_innovation: (max_innovation as f32).max(f32::MIN_POSITIVE),
             source_losses: Vec::new(),
             partial: None,
-            uncertainty: Uncertainty {
-                innovation,
-                residual,
-                bound: bound as f32,
-                max_innovation: (max_innovation as f32).max(f32::MIN_POSITIVE),
-            },
         })
     }
 
@@ -235,12 +218,13 @@ impl LossPredictor {
     /// Returns the section of a recipe.
     pub(crate) fn section<'a>(&self, arena: &'a Arena) -> Prediction<'a> {
         let partial = self.partial.as_ref();
+        let (weights, evidence) = self.weights.split_at(self.weights.len() - EVIDENCE);
         Prediction {
-            weights: arena.floats(&self.weights),
-            innovation: self.uncertainty.innovation,
-            residual: self.uncertainty.residual,
-            bound: self.uncertainty.bound,
-            max_innovation: self.uncertainty.max_innovation,
+            weights: arena.floats(weights),
+            innovation: evidence[0],
+            residual: evidence[1],
+            bound: self.bound,
+            max_innovation: self.max_innovation,
             partial_loss: arena.floats(partial.map_or(&[], |partial| &partial.loss)),
             partial_bound: arena.floats(partial.map_or(&[], |partial| &partial.bound)),
         }
@@ -273,7 +257,7 @@ impl LossPredictor {
             return self;
         }
         let partial = (1..samples).map(|count| interpolate(&known, count));
-        let complete = [0.0, self.uncertainty.bound];
+        let complete = [0.0, self.bound];
         let all = partial.chain([complete]);
         let (loss, bound) = all.map(|[loss, bound]| (loss, bound)).unzip();
         self.partial = Some(PartialPrediction { loss, bound });
@@ -283,27 +267,20 @@ impl LossPredictor {
     /// Returns the predicted loss of a held-out material.
     #[must_use]
     pub fn loss(&self, held_out: &HeldOutLoss) -> f64 {
-        let mut weights = self.weights.clone();
-        weights.extend([self.uncertainty.innovation, self.uncertainty.residual]);
-        predict(&weights, &held_out.features())
+        predict(&self.weights, &held_out.features())
     }
 }
 
-/// Interpolates pairs of numbers, known for some counts in ascending order.
+/// Interpolates pairs of numbers, known for at least one count, in ascending order.
 fn interpolate(known: &[(usize, [f32; 2])], count: usize) -> [f32; 2] {
     let next = known.partition_point(|(known, _)| *known < count);
-    match (
-        next.checked_sub(1).map(|previous| known[previous]),
-        known.get(next),
-    ) {
-        (Some((from, low)), Some((to, high))) => {
-            let share = (count - from) as f32 / (to - from) as f32;
-            [0, 1].map(|i| low[i] + share * (high[i] - low[i]))
-        }
-        (None, Some((_, pair))) => *pair,
-        (Some((_, pair)), None) => pair,
-        (None, None) => [0.0, 1.0],
+    let (from, low) = known[next.saturating_sub(1)];
+    let (to, high) = known[next.min(known.len() - 1)];
+    if from == to {
+        return low; // before the first count, or after the last one
     }
+    let share = (count - from) as f32 / (to - from) as f32;
+    [0, 1].map(|i| low[i] + share * (high[i] - low[i]))
 }
 
 /// Returns the smallest of weighted values that at least `share` of the total weight does not exceed.
@@ -527,7 +504,7 @@ mod tests {
             scaled.collect::<Vec<_>>()
         };
         let predictor = LossPredictor::new(&complete, 4).expect("there are enough materials");
-        let bound = predictor.uncertainty.bound;
+        let bound = predictor.bound;
         let partial = predictor
             .with_partial(&[(1, scaled(2.0)), (3, scaled(1.5))], 4)
             .partial

@@ -1,19 +1,119 @@
-//! The outer loop: phases of Adam on an objective, with checkpoints.
+//! The outer loop: phases of Adam steps on the gradient of an objective, with checkpoints.
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use glimpse_fitting::linear::add_scaled;
 use glimpse_fitting::recipe::identity::RunIdentity;
-use glimpse_optimizer::Optimizer;
+pub use glimpse_optimizer::Values;
+use glimpse_optimizer::{Groups, Optimizer};
 
-use super::checkpoint::{Checkpoint, CheckpointError};
-use super::pattern::Pattern;
-use super::phase::{OuterStep, Phase, Selection, Values};
-use super::scan_budget::{Motion, REORDER_INTERVAL, ScanBudgetError};
+use super::checkpoint::Checkpoint;
+use super::pattern::Reach;
+use super::result::TrainError;
+use super::scan_budget::{Motion, REORDER_INTERVAL};
 
 /// The number of validations per phase.
 const VALIDATIONS: usize = 20;
+
+/// An outer step. Phase and step select its random numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct OuterStep {
+    /// The index of the phase.
+    pub phase_index: usize,
+    /// The index of the step in the phase.
+    pub step: usize,
+    /// The number of tasks.
+    pub batch: usize,
+}
+
+/// Returns the meta-parameters that a phase starts with, given the best ones so far, or the present ones without
+/// them.
+pub type Start<'a> = Box<dyn Fn(Values) -> Values + 'a>;
+/// Returns the loss of a step, and its gradient, which includes the [barrier](super::pattern::Pattern::barrier).
+pub type Gradient<'a> = Box<dyn Fn(&Values, OuterStep) -> (f32, Values) + 'a>;
+/// Returns a loss, by which the best meta-parameters are selected.
+pub type SelectionLoss<'a> = Box<dyn Fn(&Values) -> f32 + 'a>;
+
+/// The criterion for storing meta-parameters of a phase as the best so far.
+pub enum Selection<'a> {
+    /// The smallest loss on validation materials, if it is below the best so far.
+    BestValidation(SelectionLoss<'a>),
+    /// The smallest training loss over an epoch of this many steps, including the
+    /// [barrier](super::pattern::Pattern::barrier). Results of earlier phases are discarded.
+    BestEpoch(usize),
+    /// The final meta-parameters.
+    Last,
+}
+
+/// One stage of meta-training.
+pub struct Phase<'a> {
+    /// The name in progress reports.
+    pub name: &'static str,
+    /// The number of samples of the pattern.
+    pub samples: usize,
+    /// The first meta-parameters, with new moments of Adam; None to continue the previous phase.
+    pub start: Option<Start<'a>>,
+    /// The objective.
+    pub gradient: Gradient<'a>,
+    /// The selection of the best meta-parameters.
+    pub selection: Selection<'a>,
+    /// The number of outer steps.
+    pub steps: usize,
+    /// The number of tasks per outer step.
+    pub batch: usize,
+    /// The initial learning rate of each group; 0 freezes a group.
+    pub rates: Groups<f64>,
+    /// The final learning rates, as a share of the initial ones (cosine annealing).
+    pub final_rate_ratio: f64,
+    /// The number of steps of linear warm-up.
+    pub warm_up_steps: usize,
+    /// The maximum norm of the gradient of each group; longer gradients are scaled down.
+    pub max_gradient_norm: f32,
+    /// The weight decay of Adam with L2 regularization: the share of a value added to its gradient.
+    pub weight_decay: f32,
+    /// The initial multiple of the budget for the time of a scan. Patterns spread before they contract.
+    pub initial_allowance: f64,
+}
+
+/// The share of a phase after which the budget for the time of a scan is the given one.
+const CONTRACTION: f64 = 0.4;
+
+impl Phase<'_> {
+    /// Returns the learning rates at a step.
+    #[must_use]
+    pub fn rates_at(&self, step: usize) -> Groups<f64> {
+        let progress = step as f64 / self.steps as f64;
+        let cosine = 0.5 * (1.0 + (std::f64::consts::PI * progress).cos());
+        let annealed = self.final_rate_ratio + (1.0 - self.final_rate_ratio) * cosine;
+        let warm_up = ((step + 1) as f64 / self.warm_up_steps.max(1) as f64).min(1.0);
+        let share = annealed * warm_up;
+        self.rates.clone().map(|rate| rate * share)
+    }
+
+    /// Returns the budget for the time of a scan at a step, as a multiple of the given one.
+    #[must_use]
+    pub fn allowance_at(&self, step: usize) -> f64 {
+        let progress = step as f64 / self.steps as f64;
+        1.0 + (self.initial_allowance - 1.0) * (1.0 - progress / CONTRACTION).max(0.0)
+    }
+}
+
+/// Returns the sum of losses and gradients in their order, multiplied by `share`.
+#[must_use]
+pub fn scaled_sum(share: f32, tasks: &[(f32, Values)]) -> (f32, Values) {
+    let mut loss = 0.0;
+    let mut sum = Values::default();
+    for (task_loss, gradients) in tasks {
+        loss += share * task_loss;
+        for (sum, gradient) in sum.each_mut().into_iter().zip(gradients.each()) {
+            sum.resize(gradient.len(), 0.0);
+            add_scaled(sum, share, gradient);
+        }
+    }
+    (loss, sum)
+}
 
 /// The progress of a run.
 #[derive(Clone, Copy, Debug)]
@@ -44,26 +144,11 @@ pub struct Checkpoints {
     pub resume: bool,
 }
 
-/// A reason why the outer loop ended without a result.
-#[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// A checkpoint cannot be written or read.
-    #[error(transparent)]
-    Checkpoint(#[from] CheckpointError),
-    /// No pattern within the budget for the time of a scan was found.
-    #[error(transparent)]
-    ScanBudget(#[from] ScanBudgetError),
-    /// The observer stopped the run. With checkpoints, the state was saved.
-    #[error("stopped after {0} outer steps")]
-    Stopped(usize),
-}
-
 /// The order of a pattern's samples as a path.
 pub struct PathOfSamples<'a> {
     /// The motion.
     pub motion: &'a Motion,
-    /// Returns meta-parameters, or their moments, with the samples in another order, given as indices. A list may be
-    /// empty.
+    /// Returns meta-parameters, or their moments, with the samples in another order, given as indices.
     pub permute: &'a dyn Fn(Values, &[usize]) -> Values,
 }
 
@@ -75,39 +160,74 @@ fn is_due(begin: Instant, last_saved: Instant) -> bool {
     last_saved.elapsed() >= MAX_INTERVAL.min(begin.elapsed() / 20)
 }
 
-/// The outer loop of one run.
-pub struct OuterLoop<'a> {
-    /// The first meta-parameters.
-    pub initial: Values,
-    /// The phases.
-    pub phases: &'a [Phase<'a>],
-    /// The motion of a scan, if its time has a budget.
-    pub path: Option<PathOfSamples<'a>>,
-    /// The identity of the run. Checkpoints of other runs are rejected.
+/// The runs of a training. The observer sees their steps as those of one run.
+pub struct Session<'s, 'o> {
+    /// The identity of the training. Checkpoints of other trainings are rejected.
     pub identity: RunIdentity,
-    /// The checkpoints; None disables them.
-    pub checkpoints: Option<&'a Checkpoints>,
-    /// The index of this run in the training. Each run has its own checkpoint file.
+    /// The checkpoints, one file for each run; None disables them.
+    pub checkpoints: Option<&'s Checkpoints>,
+    /// The observer.
+    pub observer: &'s mut Observer<'o>,
+    /// The number of outer steps of all runs; 0 for a single run.
+    pub total: usize,
+    /// The number of outer steps of the completed runs.
+    pub done: usize,
+    /// The number of completed runs.
     pub stage: usize,
 }
 
-impl OuterLoop<'_> {
-    /// Runs all phases, calling `observer` after each outer step. Returns the best values.
+impl<'s, 'o> Session<'s, 'o> {
+    /// Creates the session of a training before its first run.
+    pub fn new(
+        identity: RunIdentity,
+        checkpoints: Option<&'s Checkpoints>,
+        observer: &'s mut Observer<'o>,
+    ) -> Self {
+        Self {
+            identity,
+            checkpoints,
+            observer,
+            total: 0,
+            done: 0,
+            stage: 0,
+        }
+    }
+
+    /// Runs all phases from initial meta-parameters, and calls the observer after each outer step. Returns the best values.
+    /// `path` is the motion of a scan, if its time has a budget.
     ///
     /// # Errors
-    /// See [`RunError`].
-    pub fn run(&self, observer: &mut Observer<'_>) -> Result<Values, RunError> {
-        let mut state = self.initial_state()?;
-        let total = self.phases.iter().map(|phase| phase.steps).sum();
+    /// If the run is stopped, a checkpoint cannot be read or written, or no pattern within the budget is found.
+    pub fn run(
+        &mut self,
+        initial: Values,
+        phases: &[Phase<'_>],
+        path: Option<PathOfSamples<'_>>,
+    ) -> Result<Values, TrainError> {
+        let steps: usize = phases.iter().map(|phase| phase.steps).sum();
+        let file = self
+            .checkpoints
+            .map(|checkpoints| Checkpoint::path(&checkpoints.directory, self.stage));
+        let resumed = match &file {
+            Some(file)
+                if self
+                    .checkpoints
+                    .is_some_and(|checkpoints| checkpoints.resume) =>
+            {
+                Checkpoint::read(file, &self.identity)?
+            }
+            _ => None,
+        };
+        let mut state = resumed.unwrap_or_else(|| Checkpoint::new(self.identity, initial));
         let begin = Instant::now();
         let mut last_saved = begin;
-        while let Some((phase, outer_step)) = self.outer_step(state.done) {
-            self.advance(&mut state, phase, outer_step);
-            let stop = observer(&Progress {
+        for (phase, outer_step) in outer_steps(phases).skip(state.done) {
+            advance(&mut state, phase, outer_step, path.as_ref());
+            let stop = (self.observer)(&Progress {
                 phase: phase.name,
                 samples: phase.samples,
-                done: state.done,
-                total,
+                done: self.done + state.done,
+                total: self.total.max(self.done + steps),
                 loss: state.smoothed_loss.unwrap_or(f32::NAN),
                 // With `Selection::Last` the best loss of earlier phases is not comparable.
                 best: match phase.selection {
@@ -115,129 +235,114 @@ impl OuterLoop<'_> {
                     _ => state.best.as_ref().map(|(loss, _)| *loss),
                 },
             });
-            let stop = stop.is_break() && state.done < total;
-            if let Some(checkpoints) = self.checkpoints
-                && (stop || state.done == total || is_due(begin, last_saved))
+            let stop = stop.is_break() && state.done < steps;
+            if let Some(file) = &file
+                && (stop || state.done == steps || is_due(begin, last_saved))
             {
-                state.write(&self.checkpoint_path(checkpoints))?;
+                state.write(file)?;
                 last_saved = Instant::now();
             }
             if stop {
-                return Err(RunError::Stopped(state.done));
+                return Err(TrainError::Stopped(self.done + state.done));
             }
         }
+        self.done += steps;
+        self.stage += 1;
         let mut values = state.best_values();
-        if let Some(path) = &self.path {
+        if let Some(path) = path {
             path.motion.shorten(&mut values.pattern)?;
         }
         Ok(values)
     }
+}
 
-    /// Returns an outer step and its phase, given its index over all phases; None after the last step.
-    fn outer_step(&self, index: usize) -> Option<(&Phase<'_>, OuterStep)> {
-        let mut step = index;
-        for (phase_index, phase) in self.phases.iter().enumerate() {
-            if step < phase.steps {
-                let outer_step = OuterStep {
-                    phase_index,
-                    step,
-                    batch: phase.batch,
-                };
-                return Some((phase, outer_step));
-            }
-            step -= phase.steps;
-        }
-        None
+/// Returns the outer steps of all phases.
+fn outer_steps<'p>(phases: &'p [Phase<'p>]) -> impl Iterator<Item = (&'p Phase<'p>, OuterStep)> {
+    phases.iter().enumerate().flat_map(|(phase_index, phase)| {
+        let outer_step = move |step| OuterStep {
+            phase_index,
+            step,
+            batch: phase.batch,
+        };
+        (0..phase.steps).map(move |step| (phase, outer_step(step)))
+    })
+}
+
+/// Runs one outer step.
+fn advance(
+    state: &mut Checkpoint,
+    phase: &Phase<'_>,
+    outer_step: OuterStep,
+    path: Option<&PathOfSamples<'_>>,
+) {
+    let step = outer_step.step;
+    if step == 0 {
+        start_phase(state, phase);
     }
+    let (loss, values) = descend(state, phase, outer_step, path);
 
-    /// Returns the initial state, or the state of the checkpoint.
-    fn initial_state(&self) -> Result<Checkpoint, CheckpointError> {
-        if let Some(checkpoints) = self.checkpoints {
-            let path = self.checkpoint_path(checkpoints);
-            if checkpoints.resume
-                && let Some(checkpoint) = Checkpoint::read(&path, &self.identity)?
-            {
-                return Ok(checkpoint);
-            }
-        }
-        Ok(Checkpoint::new(self.identity, self.initial.clone()))
+    state.done += 1;
+    // A non-finite loss would make all later smoothed losses non-finite.
+    if loss.is_finite() {
+        let smoothed = state.smoothed_loss.unwrap_or(loss);
+        state.smoothed_loss = Some(smoothed + 0.02 * (loss - smoothed));
     }
-
-    fn checkpoint_path(&self, checkpoints: &Checkpoints) -> PathBuf {
-        Checkpoint::path(&checkpoints.directory, self.stage)
+    let is_last = step + 1 == phase.steps;
+    match &phase.selection {
+        Selection::BestValidation(validation_loss) => {
+            let period = phase.steps.div_ceil(VALIDATIONS);
+            if (step + 1).is_multiple_of(period) || is_last {
+                state.store_if_better(validation_loss(&state.optimizer.values));
+            }
+        }
+        Selection::BestEpoch(epoch_steps) => {
+            state.epoch_loss += loss + Reach::ANY.pattern(&values.pattern).barrier();
+            if (step + 1).is_multiple_of(*epoch_steps) {
+                let loss = std::mem::take(&mut state.epoch_loss) / *epoch_steps as f32;
+                state.store_if_better(loss);
+            }
+        }
+        Selection::Last if is_last => state.best = Some((loss, state.optimizer.values.clone())),
+        Selection::Last => {}
     }
+}
 
-    /// Runs one outer step.
-    fn advance(&self, state: &mut Checkpoint, phase: &Phase<'_>, outer_step: OuterStep) {
-        let step = outer_step.step;
-        if step == 0 {
-            start_phase(state, phase);
-        }
-        let (loss, values) = self.descend(state, phase, outer_step);
-
-        state.done += 1;
-        // A non-finite loss would make all later smoothed losses non-finite.
-        if loss.is_finite() {
-            let smoothed = state.smoothed_loss.unwrap_or(loss);
-            state.smoothed_loss = Some(smoothed + 0.02 * (loss - smoothed));
-        }
-        let is_last = step + 1 == phase.steps;
-        match &phase.selection {
-            Selection::BestValidation(validation_loss) => {
-                let period = phase.steps.div_ceil(VALIDATIONS);
-                if (step + 1).is_multiple_of(period) || is_last {
-                    state.store_if_better(validation_loss(&state.optimizer.values()));
-                }
-            }
-            Selection::BestEpoch(epoch_steps) => {
-                state.epoch_loss += loss + Pattern::from_logits(&values.pattern).barrier();
-                if (step + 1).is_multiple_of(*epoch_steps) {
-                    let loss = std::mem::take(&mut state.epoch_loss) / *epoch_steps as f32;
-                    state.store_if_better(loss);
-                }
-            }
-            Selection::Last if is_last => state.best = Some((loss, state.optimizer.values())),
-            Selection::Last => {}
+/// Runs a step of Adam. Returns the loss of the values before the step, and these values.
+fn descend(
+    state: &mut Checkpoint,
+    phase: &Phase<'_>,
+    outer_step: OuterStep,
+    path: Option<&PathOfSamples<'_>>,
+) -> (f32, Values) {
+    let step = outer_step.step;
+    let path = path.filter(|_| phase.rates.pattern > 0.0);
+    if let Some(PathOfSamples { motion, permute }) = path
+        && step.is_multiple_of(REORDER_INTERVAL)
+        && let Some(order) = motion.faster_order(&state.optimizer.values.pattern, step == 0)
+    {
+        state.optimizer.rearrange(|values| permute(values, &order));
+    }
+    let allowance = phase.allowance_at(step);
+    let values = state.optimizer.values.clone();
+    let (loss, mut gradient) = (phase.gradient)(&values, outer_step);
+    if let Some(PathOfSamples { motion, .. }) = path {
+        let weight = &mut state.motion_weight;
+        let by_logits = motion.weighted_gradient(&values.pattern, allowance, weight);
+        for (sum, derivative) in gradient.pattern.iter_mut().zip(by_logits) {
+            *sum += derivative;
         }
     }
-
-    /// Runs a step of Adam. Returns the loss of the values before the step, and these values.
-    fn descend(
-        &self,
-        state: &mut Checkpoint,
-        phase: &Phase<'_>,
-        outer_step: OuterStep,
-    ) -> (f32, Values) {
-        let step = outer_step.step;
-        let path = self.path.as_ref().filter(|_| phase.rates.pattern > 0.0);
-        if let Some(PathOfSamples { motion, permute }) = path
-            && step.is_multiple_of(REORDER_INTERVAL)
-            && let Some(order) = motion.faster_order(&state.optimizer.values().pattern, step == 0)
-        {
-            state.optimizer.rearrange(|values| permute(values, &order));
+    for (gradient, values) in gradient.each_mut().into_iter().zip(values.each()) {
+        clip(gradient, phase.max_gradient_norm);
+        for (entry, value) in gradient.iter_mut().zip(values) {
+            *entry += phase.weight_decay * value;
         }
-        let allowance = phase.allowance_at(step);
-        let values = state.optimizer.values();
-        let (loss, mut gradient) = (phase.gradient)(&values, outer_step);
-        if let Some(PathOfSamples { motion, .. }) = path {
-            let weight = &mut state.motion_weight;
-            let by_logits = motion.weighted_gradient(&values.pattern, allowance, weight);
-            for (sum, derivative) in gradient.pattern.iter_mut().zip(by_logits) {
-                *sum += derivative;
-            }
-        }
-        for (gradient, values) in gradient.each_mut().into_iter().zip(values.each()) {
-            clip(gradient, phase.max_gradient_norm);
-            for (entry, value) in gradient.iter_mut().zip(values) {
-                *entry += phase.weight_decay * value;
-            }
-        }
-        state.optimizer.step(gradient, &phase.rates_at(step));
-        if let Some(PathOfSamples { motion, .. }) = path {
-            motion.project(state.optimizer.pattern_mut(), allowance);
-        }
-        (loss, values)
     }
+    state.optimizer.step(gradient, &phase.rates_at(step));
+    if let Some(PathOfSamples { motion, .. }) = path {
+        motion.project(&mut state.optimizer.values.pattern, allowance);
+    }
+    (loss, values)
 }
 
 /// Sets the meta-parameters to the first ones of a phase.

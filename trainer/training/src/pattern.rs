@@ -14,191 +14,140 @@ use glimpse_materials::sampling::RANGE;
 /// The weight of the barrier.
 const BARRIER: f32 = 0.005;
 
-/// Converts the three logits of a sample to angles at which light and sensor have the minimum separation of a
-/// goniometer. The polar angles may exceed their limits.
-#[must_use]
-pub fn angles_within(logits: [f32; 3], limits: &Limits) -> Angles<f32> {
-    let min = min_angles(limits);
-    let [theta_h, theta_d, phi_d] =
-        [0, 1, 2].map(|i| min[i] + (RANGE[i] - min[i]) / (1.0 + (-logits[i]).exp()));
-    let phi_d = match limits.in_plane {
-        false => phi_d,
-        // The nearer one of the two angles in one plane with the normal.
-        true if logits[2] > 0.0 => RANGE[2],
-        true => 0.0,
-    };
-    Angles::from_array([theta_h, theta_d, phi_d])
-}
-
 /// Returns the minima of theta_h, theta_d and phi_d within limits. The separation of light and sensor is 2 theta_d.
 fn min_angles(limits: &Limits) -> [f32; 3] {
     [0.0, 0.5 * limits.min_separation, 0.0]
 }
 
-/// Returns true if both directions are above the horizon and within the polar angle limits.
-fn is_valid_within(direction: &HalfDifference<f32>, limits: &Limits) -> bool {
-    direction.is_valid()
-        && (*limits == Limits::NONE
-            || (direction.cos_theta_i() >= limits.max_theta_i.cos()
-                && direction.cos_theta_o() >= limits.max_theta_o.cos()))
-}
-
-/// Converts the angles of a sample to logits. Angles at a bound of their range are moved inside by 0.1 % of the range.
-#[must_use]
-pub fn logits_from_angles(angles: Angles<f32>) -> [f32; 3] {
-    logits_from_reachable(angles, &Limits::NONE)
-}
-
-/// Converts angles within the limits of a goniometer to logits, like [`logits_from_angles`].
-#[must_use]
-pub fn logits_from_reachable(angles: Angles<f32>, limits: &Limits) -> [f32; 3] {
-    let angles = angles.to_array();
-    let min = min_angles(limits);
-    [0, 1, 2].map(|i| {
-        let share = (angles[i] - min[i]) / (RANGE[i] - min[i]);
-        let share = share.clamp(1e-3, 1.0 - 1e-3);
-        (share / (1.0 - share)).ln()
-    })
-}
-
-/// Converts the logits of a pattern to angles that a scanner can measure at. Samples with a direction at or below the
-/// horizon are moved towards theta_h = theta_d = 0.
-#[must_use]
-pub fn angles_above_horizon(logits: &[f32]) -> Vec<Angles<f32>> {
-    reachable_angles(logits, &Limits::NONE)
-}
-
-/// Converts the logits of a pattern to angles within the limits of a goniometer. Samples out of reach are moved towards
-/// theta_h = 0 and the minimum theta_d. The limits must allow the minimum separation at equal polar angles.
-#[must_use]
-pub fn reachable_angles(logits: &[f32], limits: &Limits) -> Vec<Angles<f32>> {
-    const MIN_COSINE: f32 = 1e-3;
-    let [_, min_theta_d, _] = min_angles(limits);
-    let mut angles = Pattern::from_logits_within(logits, *limits)
-        .angles()
-        .to_vec();
-    for angles in &mut angles {
-        loop {
-            let direction = HalfDifference::from_angles(*angles);
-            let is_low = direction.cos_theta_i().min(direction.cos_theta_o()) <= MIN_COSINE;
-            let is_minimal = angles.theta_h < 1e-6 && angles.theta_d <= min_theta_d;
-            if (!is_low && is_valid_within(&direction, limits)) || is_minimal {
-                break;
-            }
-            angles.theta_h *= 0.99;
-            angles.theta_d = min_theta_d + 0.99 * (angles.theta_d - min_theta_d);
-        }
-    }
-    angles
-}
-
 /// The directions that a pattern may have.
 #[derive(Clone, Copy, Debug)]
 pub struct Reach<'a> {
-    /// The limits of the goniometer.
+    /// The limits of the goniometer. They must allow the minimum separation at equal polar angles.
     pub limits: Limits,
     /// The directions of the first samples, which are not trained.
     pub fixed: &'a [Angles<f32>],
 }
 
 impl Reach<'_> {
+    /// All directions.
+    pub const ANY: Self = Self {
+        limits: Limits::NONE,
+        fixed: &[],
+    };
+
+    /// Converts the three logits of a sample to angles at which light and sensor have the minimum separation. The polar
+    /// angles may exceed their limits.
+    #[must_use]
+    pub fn angles(&self, logits: [f32; 3]) -> Angles<f32> {
+        let min = min_angles(&self.limits);
+        let mut angles =
+            [0, 1, 2].map(|i| min[i] + (RANGE[i] - min[i]) / (1.0 + (-logits[i]).exp()));
+        if self.limits.in_plane {
+            // The nearer one of the two angles in one plane with the normal.
+            angles[2] = if logits[2] > 0.0 { RANGE[2] } else { 0.0 };
+        }
+        Angles::from_array(angles)
+    }
+
+    /// Converts the angles of a sample to logits. Angles at a bound of their range are moved inside by 0.1 % of the range.
+    #[must_use]
+    pub fn logits(&self, angles: Angles<f32>) -> [f32; 3] {
+        let angles = angles.to_array();
+        let min = min_angles(&self.limits);
+        [0, 1, 2].map(|i| {
+            let share = (angles[i] - min[i]) / (RANGE[i] - min[i]);
+            let share = share.clamp(1e-3, 1.0 - 1e-3);
+            (share / (1.0 - share)).ln()
+        })
+    }
+
+    /// Returns true if both directions are above the horizon and within the polar angle limits.
+    fn is_valid(&self, direction: &HalfDifference<f32>) -> bool {
+        let limits = &self.limits;
+        direction.is_valid()
+            && (*limits == Limits::NONE
+                || (direction.cos_theta_i() >= limits.max_theta_i.cos()
+                    && direction.cos_theta_o() >= limits.max_theta_o.cos()))
+    }
+
+    /// Converts the logits of a pattern to angles. Samples may be out of reach.
+    fn all_angles(&self, logits: &[f32]) -> Vec<Angles<f32>> {
+        let (logits, _) = logits.as_chunks();
+        let mut all: Vec<_> = logits.iter().map(|logits| self.angles(*logits)).collect();
+        for (angles, fixed) in all.iter_mut().zip(self.fixed) {
+            *angles = *fixed;
+        }
+        all
+    }
+
+    /// Converts the logits of a pattern to angles that a scanner can measure at. Samples out of reach are moved towards
+    /// theta_h = 0 and the minimum theta_d, except fixed ones.
+    #[must_use]
+    pub fn reachable_angles(&self, logits: &[f32]) -> Vec<Angles<f32>> {
+        const MIN_COSINE: f32 = 1e-3;
+        let [_, min_theta_d, _] = min_angles(&self.limits);
+        let mut all = self.all_angles(logits);
+        for angles in all.iter_mut().skip(self.fixed.len()) {
+            loop {
+                let direction = HalfDifference::from_angles(*angles);
+                let is_low = direction.cos_theta_i().min(direction.cos_theta_o()) <= MIN_COSINE;
+                let is_minimal = angles.theta_h < 1e-6 && angles.theta_d <= min_theta_d;
+                if (!is_low && self.is_valid(&direction)) || is_minimal {
+                    break;
+                }
+                angles.theta_h *= 0.99;
+                angles.theta_d = min_theta_d + 0.99 * (angles.theta_d - min_theta_d);
+            }
+        }
+        all
+    }
+
     /// Creates a pattern from logits, for a step of training. Samples out of reach are invalid.
     #[must_use]
     pub fn pattern(&self, logits: &[f32]) -> Pattern {
-        let pattern = Pattern::from_logits_within(logits, self.limits);
-        self.with_fixed(pattern.angles)
+        Pattern::new(self, self.all_angles(logits))
     }
 
-    /// Creates a pattern from logits. Samples out of reach are moved, as by [`reachable_angles`].
+    /// Creates a pattern of [`reachable_angles`](Self::reachable_angles).
     #[must_use]
     pub fn reachable_pattern(&self, logits: &[f32]) -> Pattern {
-        self.with_fixed(reachable_angles(logits, &self.limits))
-    }
-
-    fn with_fixed(&self, mut angles: Vec<Angles<f32>>) -> Pattern {
-        for (angles, fixed) in angles.iter_mut().zip(self.fixed) {
-            *angles = *fixed;
-        }
-        Pattern {
-            fixed: self.fixed.len(),
-            ..Pattern::with_limits(angles, self.limits)
-        }
+        Pattern::new(self, self.reachable_angles(logits))
     }
 }
 
 /// A pattern with its directions.
 pub struct Pattern {
+    /// The angles of all samples.
+    pub angles: Vec<Angles<f32>>,
+    /// True for each sample within reach.
+    pub valid: Vec<bool>,
+    /// The half and difference vectors of the samples, in octets.
+    pub octet_directions: Vec<OctetDirections>,
     limits: Limits,
     /// The number of leading samples that are not trained.
     fixed: usize,
-    angles: Vec<Angles<f32>>,
-    valid: Vec<bool>,
-    octet_directions: Vec<OctetDirections>,
 }
 
 impl Pattern {
-    /// Creates a pattern from angles.
+    /// Creates a pattern from angles. Samples out of reach are invalid.
     #[must_use]
-    pub fn new(angles: Vec<Angles<f32>>) -> Self {
-        Self::with_limits(angles, Limits::NONE)
-    }
-
-    fn with_limits(angles: Vec<Angles<f32>>, limits: Limits) -> Self {
-        let directions: Vec<_> = angles
-            .iter()
-            .copied()
-            .map(HalfDifference::from_angles)
-            .collect();
-        let valid = directions.iter();
+    pub fn new(reach: &Reach<'_>, angles: Vec<Angles<f32>>) -> Self {
+        let directions = angles.iter().copied().map(HalfDifference::from_angles);
+        let directions: Vec<HalfDifference<f32>> = directions.collect();
         Self {
-            limits,
-            fixed: 0,
-            valid: valid.map(|each| is_valid_within(each, &limits)).collect(),
+            valid: directions.iter().map(|at| reach.is_valid(at)).collect(),
             octet_directions: directions.chunks(WIDTH).map(Octet::transpose).collect(),
             angles,
+            limits: reach.limits,
+            fixed: reach.fixed.len(),
         }
-    }
-
-    /// Creates a pattern from logits, three per sample.
-    #[must_use]
-    pub fn from_logits(logits: &[f32]) -> Self {
-        Self::from_logits_within(logits, Limits::NONE)
-    }
-
-    /// Creates a pattern from logits, within limits of a goniometer. Samples out of its reach are invalid.
-    #[must_use]
-    pub fn from_logits_within(logits: &[f32], limits: Limits) -> Self {
-        let (logits, _) = logits.as_chunks();
-        let angles = logits.iter().map(|logits| angles_within(*logits, &limits));
-        Self::with_limits(angles.collect(), limits)
-    }
-
-    /// Returns the angles of all samples.
-    #[must_use]
-    pub fn angles(&self) -> &[Angles<f32>] {
-        &self.angles
-    }
-
-    /// Returns the half and difference vectors of the samples, in octets.
-    #[must_use]
-    pub fn octet_directions(&self) -> &[OctetDirections] {
-        &self.octet_directions
-    }
-
-    /// Returns the validity of each sample.
-    #[must_use]
-    pub fn valid(&self) -> &[bool] {
-        &self.valid
     }
 
     /// Returns the sum of the barrier over invalid samples.
     #[must_use]
     pub fn barrier(&self) -> f32 {
-        let invalid = self
-            .angles
-            .iter()
-            .zip(&self.valid)
-            .filter(|(_, valid)| !**valid);
+        let samples = self.angles.iter().zip(&self.valid);
+        let invalid = samples.filter(|(_, valid)| !**valid);
         invalid
             .map(|(a, _)| BARRIER * (a.theta_h * a.theta_h + a.theta_d * a.theta_d))
             .sum()
@@ -226,8 +175,7 @@ impl Pattern {
     /// Converts derivatives with respect to the angles of a sample to derivatives with respect to its logits.
     #[must_use]
     pub fn by_logits(&self, index: usize, by_angles: [f32; 3]) -> [f32; 3] {
-        let angles = self.angles[index];
-        let angles = angles.to_array();
+        let angles = self.angles[index].to_array();
         let min = min_angles(&self.limits);
         std::array::from_fn(|i| {
             if i == 2 && self.limits.in_plane {

@@ -1,68 +1,19 @@
 //! A complete training run, from materials to the content of a recipe.
 
 use glimpse_core::recipe::{Contents, Pattern};
-use glimpse_fitting::recipe::options::{OptionsError, Schedule, TrainingOptions};
+use glimpse_fitting::recipe::options::{Schedule, TrainingOptions};
 use glimpse_fitting::recipe::sections::Arena;
-use glimpse_fitting::recipe::{Metadata, RecipeDefect, RecipeFile, Training};
-use glimpse_materials::{Material, SourceShare};
+use glimpse_fitting::recipe::{Metadata, RecipeFile, Training};
+use glimpse_materials::{Identity, Material, SourceShare};
 
-use crate::checkpoint::CheckpointError;
-use crate::learned::Learned;
 use crate::loss_predictor::LossPredictor;
-use crate::outer::{Checkpoints, Observer, RunError};
-use crate::scan_budget::{Motion, ScanBudgetError};
+use crate::outer::{Checkpoints, Observer, Session};
+use crate::result::Learned;
+use crate::scan_budget::Motion;
 use crate::{paper, prior};
 
 pub use crate::paper::INNER_STEPS;
-
-/// The training ended without a result.
-#[derive(Debug, thiserror::Error)]
-pub enum TrainError {
-    /// The list of materials is empty.
-    #[error("the list of training materials is empty; name at least one material")]
-    NoMaterials,
-    /// The materials have no variances.
-    #[error("the training materials are too few or all the same; give more of them")]
-    TooFewMaterials,
-    /// Source shares do not match the materials, or are not positive numbers with sum 1.
-    #[error(
-        "the source shares cover {source_shares} materials, but {materials} were given; list each source with its \
-         number of materials and a share above 0, with a sum of 1"
-    )]
-    SourceShares {
-        /// The number of materials of all sources.
-        source_shares: usize,
-        /// The number of materials.
-        materials: usize,
-    },
-    /// The result is not a valid recipe, for example because a number is not finite.
-    #[error(
-        "training did not converge to a valid recipe; train with another seed or with more materials"
-    )]
-    Diverged(#[from] RecipeDefect),
-    /// The options are invalid.
-    #[error(transparent)]
-    Options(#[from] OptionsError),
-    /// The budget for the time of a scan is impossible.
-    #[error(transparent)]
-    ScanBudget(#[from] ScanBudgetError),
-    /// A checkpoint cannot be written or read.
-    #[error(transparent)]
-    Checkpoint(#[from] CheckpointError),
-    /// The observer stopped the run. With checkpoints, the state was saved.
-    #[error("stopped after {0} outer steps")]
-    Stopped(usize),
-}
-
-impl From<RunError> for TrainError {
-    fn from(error: RunError) -> Self {
-        match error {
-            RunError::Checkpoint(error) => Self::Checkpoint(error),
-            RunError::ScanBudget(error) => Self::ScanBudget(error),
-            RunError::Stopped(done) => Self::Stopped(done),
-        }
-    }
-}
+pub use crate::result::TrainError;
 
 /// Checks the options of a training, before its materials are loaded.
 ///
@@ -107,44 +58,42 @@ pub fn train(
     }
     check(options)?;
     check_source_shares(&options.source_shares, materials.len())?;
+    let identities = Identity::list(&materials);
     // Run on a thread of the rayon pool: other threads would pass each parallel loop to the pool and wait.
     rayon::scope(|_| {
         let arena = Arena::default();
-        let learned = match options.schedule {
-            Schedule::Paper => paper::train(&arena, options, materials, checkpoints, observer)?,
-            Schedule::Prior => prior::train(&arena, options, materials, checkpoints, observer)?
-                .ok_or(TrainError::TooFewMaterials)?,
+        let mut session = Session::new(options.identity(&identities), checkpoints, observer);
+        let Learned {
+            pattern,
+            fit,
+            loss_predictor,
+            basis,
+            expected_loss,
+        } = match (options.schedule, options.samples) {
+            (Schedule::Paper, _) => paper::train(&arena, options, materials, &mut session)?,
+            (Schedule::Prior, 0) => prior::train_any(&arena, options, materials, &mut session)?,
+            (Schedule::Prior, _) => prior::train(&arena, options, materials, &mut session)?,
         };
+        let metadata = Metadata {
+            expected_loss,
+            training: Some(Training::new(options, data, identities.len())),
+            materials: identities,
+        };
+        let file = RecipeFile::write(&Contents {
+            pattern: Some(Pattern {
+                directions: arena.angles(&pattern),
+                is_path: options.scan_seconds.is_some(),
+                expected_loss: expected_loss.map(|expected| expected.estimate.loss),
+            }),
+            prediction: (loss_predictor.as_ref()).map(|predictor| predictor.section(&arena)),
+            metadata: &metadata.to_bytes(),
+            ..fit
+        })?;
         Ok(TrainedRecipe {
-            file: write(&arena, &learned, options, data)?,
-            basis: learned.basis,
-            loss_predictor: learned.loss_predictor,
+            file,
+            basis,
+            loss_predictor,
         })
-    })
-}
-
-/// Writes a recipe with its pattern, prediction and metadata.
-fn write(
-    arena: &Arena,
-    learned: &Learned<'_>,
-    options: &TrainingOptions,
-    data: &str,
-) -> Result<RecipeFile, RecipeDefect> {
-    let metadata = Metadata {
-        expected_loss: learned.expected_loss,
-        training: Some(Training::new(options, data, learned.materials.len())),
-        materials: learned.materials.clone(),
-    };
-    let predictor = learned.loss_predictor.as_ref();
-    RecipeFile::write(&Contents {
-        pattern: Some(Pattern {
-            directions: arena.angles(&learned.pattern),
-            is_path: options.scan_seconds.is_some(),
-            expected_loss: learned.expected_loss.map(|expected| expected.estimate.loss),
-        }),
-        prediction: predictor.map(|predictor| predictor.section(arena)),
-        metadata: &metadata.to_bytes(),
-        ..learned.fit
     })
 }
 

@@ -10,7 +10,7 @@ use glimpse_fitting::route::{Machine, Order, Route, Stop, arms_at, arms_in_degre
 use glimpse_kernels::Dual;
 use glimpse_materials::setting::Name;
 
-use super::pattern::{Pattern, logits_from_reachable, reachable_angles};
+use super::pattern::Reach;
 
 /// A budget that no pattern keeps.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -120,8 +120,15 @@ impl Motion {
             });
         }
         // All samples near the start, as close to each other as the limits permit.
-        let nearest = logits_from_reachable(Angles::default(), &self.machine.limits);
+        let nearest = self.reach().logits(Angles::default());
         self.shorten(&mut nearest.repeat(self.samples))
+    }
+
+    fn reach(&self) -> Reach<'static> {
+        Reach {
+            limits: self.machine.limits,
+            fixed: &[],
+        }
     }
 
     /// Returns the time at the samples, in seconds.
@@ -160,8 +167,8 @@ impl Motion {
     /// budget, as a multiple of the given one. Updates `weight`, that of a second, for the next step.
     #[must_use]
     pub fn weighted_gradient(&self, logits: &[f32], allowance: f64, weight: &mut f32) -> Vec<f32> {
-        let pattern = Pattern::from_logits_within(logits, self.machine.limits);
-        let path = self.path(pattern.angles());
+        let pattern = self.reach().pattern(logits);
+        let path = self.path(&pattern.angles);
         let excess = (path.seconds / (allowance * AIM * self.seconds) - 1.0).clamp(-1.0, 1.0);
         let damped = *weight * (DAMPING * excess).exp() as f32;
         let [min, max] = WEIGHTS;
@@ -177,7 +184,7 @@ impl Motion {
     /// Returns the factor of a validation loss. It exceeds 1 for patterns beyond the budget, by a fifth for each percent.
     #[must_use]
     pub fn selection_factor(&self, logits: &[f32]) -> f32 {
-        let angles = reachable_angles(logits, &self.machine.limits);
+        let angles = self.reach().reachable_angles(logits);
         let excess = self.path(&angles).seconds / self.seconds - 1.0;
         1.0 + SELECTION_SLOPE * excess.max(0.0) as f32
     }
@@ -185,7 +192,7 @@ impl Motion {
     /// Returns a faster order of the samples, as indices; None if none was found. `thorough` selects a longer search.
     #[must_use]
     pub fn faster_order(&self, logits: &[f32], thorough: bool) -> Option<Vec<usize>> {
-        let angles = reachable_angles(logits, &self.machine.limits);
+        let angles = self.reach().reachable_angles(logits);
         let stop = |(index, angles): (usize, &Angles<f32>)| Stop {
             index,
             arms: arms_in_degrees(*angles),
@@ -221,9 +228,9 @@ impl Motion {
     }
 
     fn shorten_within(&self, steps: usize, logits: &mut [f32]) -> Result<(), ScanBudgetError> {
-        let limits = self.machine.limits;
+        let reach = self.reach();
         for _ in 0..steps {
-            let angles = reachable_angles(logits, &limits);
+            let angles = reach.reachable_angles(logits);
             let path = self.path(&angles);
             if path.seconds <= SHORTENED * self.seconds {
                 return Ok(());
@@ -237,11 +244,11 @@ impl Motion {
                     for (angle, slope) in shorter.iter_mut().zip(slopes) {
                         *angle -= step * slope;
                     }
-                    *logits = logits_from_reachable(Angles::from_array(shorter), &limits);
+                    *logits = reach.logits(Angles::from_array(shorter));
                 }
             }
         }
-        let angles = reachable_angles(logits, &limits);
+        let angles = reach.reachable_angles(logits);
         Err(ScanBudgetError::TooFast {
             reached: self.path(&angles).seconds + self.settling(),
             seconds: self.seconds + self.settling(),

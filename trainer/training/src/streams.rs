@@ -5,8 +5,8 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::pattern::logits_from_angles;
-use super::phase::OuterStep;
+use super::outer::OuterStep;
+use super::pattern::Reach;
 
 /// The random number streams of a run, one for each task of each step. The numbers depend neither on threads nor on
 /// interruptions of the run.
@@ -34,7 +34,10 @@ impl RandomStreams {
     pub fn initial_pattern(self, guess: u64, samples: usize) -> Vec<f32> {
         let seed = self.guess_seed(guess);
         let pattern = sobol_valid(samples, (seed ^ (seed >> 32)) as u32);
-        pattern.into_iter().flat_map(logits_from_angles).collect()
+        pattern
+            .into_iter()
+            .flat_map(|at| Reach::ANY.logits(at))
+            .collect()
     }
 
     /// Returns the seed of an initialization.

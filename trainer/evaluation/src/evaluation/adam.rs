@@ -55,7 +55,7 @@ impl Adam {
             ..Groups::default()
         };
         self.optimizer.step(gradients, &rates);
-        self.parameters = self.optimizer.values().initial;
+        self.parameters = self.optimizer.values.initial.clone();
     }
 
     fn is_finite(&self) -> bool {

@@ -8,8 +8,7 @@ use glimpse_materials::Material;
 use glimpse_materials::basis::Basis;
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 
-use super::Columns;
-use super::components::coefficients_of_columns;
+use super::columns::{Columns, coefficients_of_columns};
 
 const CHANNELS: usize = 3;
 /// The variance of a coefficient that both covariances add to their diagonals, as a share of the mean variance.

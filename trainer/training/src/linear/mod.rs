@@ -11,11 +11,9 @@
 //! [`Grid`]: glimpse_materials::basis::Grid
 
 mod columns;
-mod components;
 mod condition;
 mod gaussian_prior;
 
-pub use columns::{Columns, MAX_TABULATED};
-pub use components::principal_components;
+pub use columns::{Columns, MAX_TABULATED, principal_components};
 pub use condition::min_condition_pattern;
 pub use gaussian_prior::GaussianPrior;

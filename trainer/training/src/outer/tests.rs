@@ -42,21 +42,16 @@ fn run(losses: &[&[f32]; 2], mut observe: impl FnMut(&Progress) + Send) -> (Valu
         weight_decay: 0.0,
         initial_allowance: 1.0,
     };
-    let outer_loop = OuterLoop {
-        initial: Values::default(),
-        phases: &[phase(1), phase(2)],
-        path: None,
-        identity: RunIdentity {
-            options: 0,
-            materials: 0,
-        },
-        checkpoints: None,
-        stage: 0,
+    let identity = RunIdentity {
+        options: 0,
+        materials: 0,
     };
-    let values = outer_loop.run(&mut |progress| {
+    let mut observer = |progress: &Progress| {
         observe(progress);
         ControlFlow::Continue(())
-    });
+    };
+    let mut session = Session::new(identity, None, &mut observer);
+    let values = session.run(Values::default(), &[phase(1), phase(2)], None);
     (values.unwrap(), patterns.take())
 }
 

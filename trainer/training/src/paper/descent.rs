@@ -13,8 +13,8 @@ use rayon::prelude::*;
 
 use super::objective::{InnerSamples, LossSamples, PaperObjective};
 use crate::initialization::random_initialization;
-use crate::pattern::{Pattern, angles_above_horizon};
-use crate::phase::{OuterStep, Values, scaled_sum};
+use crate::outer::{OuterStep, Values, scaled_sum};
+use crate::pattern::{Pattern, Reach};
 use crate::streams::RandomStreams;
 use crate::tasks::pool::WarpedPool;
 use crate::tasks::samples::WeightedSamples;
@@ -42,7 +42,7 @@ pub struct DescentObjective<'a> {
 /// Measures a material of a pool at a pattern. Samples below the horizon have no weight.
 fn measure<'p>(pool: &WarpedPool, material: usize, pattern: &'p Pattern) -> WeightedSamples<'p> {
     let material = &pool.materials()[material];
-    let samples = pattern.angles().iter().zip(pattern.valid());
+    let samples = pattern.angles.iter().zip(&pattern.valid);
     let brdf = samples.map(|(angles, valid)| {
         if *valid {
             material.at_angles(*angles)
@@ -51,7 +51,7 @@ fn measure<'p>(pool: &WarpedPool, material: usize, pattern: &'p Pattern) -> Weig
         }
     });
     let brdf: Vec<[f32; 3]> = brdf.collect();
-    WeightedSamples::present(pattern.octet_directions(), &brdf, pattern.valid())
+    WeightedSamples::present(&pattern.octet_directions, &brdf, &pattern.valid)
 }
 
 impl PaperObjective for DescentObjective<'_> {
@@ -77,7 +77,7 @@ impl PaperObjective for DescentObjective<'_> {
         outer_step: OuterStep,
         samples: LossSamples,
     ) -> (f32, Values) {
-        let pattern = Pattern::from_logits(&values.pattern);
+        let pattern = Reach::ANY.pattern(&values.pattern);
         let tasks = self.training.materials().len();
         let batch = self.streams.batch(outer_step, tasks);
         let gradients = batch.par_iter().enumerate().map(|(slot, task)| {
@@ -88,7 +88,7 @@ impl PaperObjective for DescentObjective<'_> {
     }
 
     fn expected_loss(&self, values: &Values) -> LossEstimate {
-        let pattern = Pattern::new(angles_above_horizon(&values.pattern));
+        let pattern = Reach::ANY.reachable_pattern(&values.pattern);
         let pool = self.validation;
         let losses = (0..pool.materials().len()).into_par_iter().map(|index| {
             let measured = measure(pool, index, &pattern);
@@ -144,7 +144,7 @@ impl DescentObjective<'_> {
         let inner_loop = self.inner_loop(values);
         let outer = draw(samples.outer);
         let outer = outer.octets();
-        let mut by_pattern = vec![0.0; 3 * pattern.angles().len()];
+        let mut by_pattern = vec![0.0; 3 * pattern.angles.len()];
         let gradient = match samples.inner {
             InnerSamples::Pattern => {
                 let measured = measure(pool, material, pattern);

@@ -2,7 +2,7 @@
 
 use glimpse_fitting::recipe::expected_loss::LossEstimate;
 
-use crate::phase::{OuterStep, Values};
+use crate::outer::{OuterStep, Values};
 
 /// The samples of the inner loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,8 +7,8 @@ use glimpse_optimizer::Groups;
 use rayon::prelude::*;
 
 use super::objective::{InnerSamples, LossSamples, PaperObjective};
-use crate::pattern::{Pattern, logits_from_angles};
-use crate::phase::{OuterStep, Phase, Selection, Start, Values};
+use crate::outer::{OuterStep, Phase, Selection, Start, Values};
+use crate::pattern::Reach;
 
 /// The number of random patterns of one sample; the best one starts stage 2.
 const RANDOM_PATTERNS: usize = 50;
@@ -119,7 +119,10 @@ fn best_random_pattern(
     let candidates = (0..RANDOM_PATTERNS).into_par_iter().map(|index| {
         let pattern = uniform_valid(1, seed.wrapping_add((index as u64 + 1) << 32));
         let values = Values {
-            pattern: pattern.into_iter().flat_map(logits_from_angles).collect(),
+            pattern: pattern
+                .into_iter()
+                .flat_map(|at| Reach::ANY.logits(at))
+                .collect(),
             ..values.clone()
         };
         let losses = (0..tasks).map(|task| {
@@ -130,7 +133,7 @@ fn best_random_pattern(
             };
             objective.gradient(&values, outer_step, PATTERN_SAMPLES).0
         });
-        let barrier = Pattern::from_logits(&values.pattern).barrier();
+        let barrier = Reach::ANY.pattern(&values.pattern).barrier();
         (losses.sum::<f32>() / tasks as f32 + barrier, values)
     });
     let candidates: Vec<(f32, Values)> = candidates.collect();
@@ -142,7 +145,9 @@ fn best_random_pattern(
 fn with_added_samples(mut values: Values, samples: usize, seed: u64) -> Values {
     let existing = values.pattern.len() / 3;
     let added = sobol_valid(samples, seed as u32).into_iter().skip(existing);
-    values.pattern.extend(added.flat_map(logits_from_angles));
+    values
+        .pattern
+        .extend(added.flat_map(|at| Reach::ANY.logits(at)));
     values
 }
 
@@ -222,7 +227,7 @@ mod tests {
         let best = start(0, Values::default()).expect("random patterns");
         let random = (1..=RANDOM_PATTERNS as u64).map(|index| {
             let angles = uniform_valid(1, index << 32);
-            logits_from_angles(angles[0])[0]
+            Reach::ANY.logits(angles[0])[0]
         });
         assert_eq!(best.pattern[0], random.fold(f32::INFINITY, f32::min));
         let grown = start(1, best.clone()).expect("a larger pattern");

@@ -15,8 +15,8 @@ use rayon::prelude::*;
 use super::objective::{LossSamples, PaperObjective};
 use crate::correction::Correction;
 use crate::linear::{Columns, principal_components};
-use crate::pattern::{Pattern, angles_above_horizon};
-use crate::phase::{OuterStep, Values, scaled_sum};
+use crate::outer::{OuterStep, Values, scaled_sum};
+use crate::pattern::{Pattern, Reach};
 use crate::streams::RandomStreams;
 use crate::tasks::pool::WarpedPool;
 use crate::tasks::reading::Reading;
@@ -89,7 +89,7 @@ impl RidgeObjective {
     fn task_gradient(&self, pattern: &Pattern, task: &Task) -> (f32, Vec<[f32; 3]>) {
         let Fold { basis, table } = self.fold(task.material);
         let components = basis.components();
-        let at = ComponentsAt::new(basis, pattern.angles().to_vec());
+        let at = ComponentsAt::new(basis, pattern.angles.clone());
         let correction = Correction::new(at, components, &vec![self.eta; components]);
         let readings = Reading::read_task(task, self.pool.materials(), 0, &correction.at);
         // Without a net, all coefficients are 0 before the correction.
@@ -119,13 +119,13 @@ impl PaperObjective for RidgeObjective {
         outer_step: OuterStep,
         samples: LossSamples,
     ) -> (f32, Values) {
-        let pattern = Pattern::from_logits(&values.pattern);
+        let pattern = Reach::ANY.pattern(&values.pattern);
         let batch = self.streams.batch(outer_step, self.pool.materials().len());
         let gradients = batch.par_iter().enumerate().map(|(slot, material)| {
             let mut random = self.streams.slot(outer_step, slot + 1);
             let task = Task {
                 octets: self.pool.draw(samples.outer, &mut random),
-                present: pattern.valid().to_vec(),
+                present: pattern.valid.clone(),
                 ..Task::plain(*material, 0, 0)
             };
             let (loss, by_angles) = self.task_gradient(&pattern, &task);
@@ -140,10 +140,10 @@ impl PaperObjective for RidgeObjective {
 
     /// No materials are held out: each is fitted with the basis of other folds.
     fn expected_loss(&self, values: &Values) -> LossEstimate {
-        let pattern = Pattern::new(angles_above_horizon(&values.pattern));
+        let pattern = Reach::ANY.reachable_pattern(&values.pattern);
         let count = self.pool.materials().len();
         let losses = (0..count).into_par_iter().map(|material| {
-            let (samples, octets) = (pattern.angles().len(), self.pool.octet_count());
+            let (samples, octets) = (pattern.angles.len(), self.pool.octet_count());
             let task = Task::plain(material, samples, octets);
             self.task_gradient(&pattern, &task).0
         });

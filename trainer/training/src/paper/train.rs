@@ -7,9 +7,9 @@ use glimpse_fitting::recipe::expected_loss::{ValidatedLoss, ValidationSplit};
 use glimpse_fitting::recipe::options::{TrainedParts, TrainingOptions};
 use glimpse_fitting::recipe::sections::{Arena, count};
 use glimpse_kernels::ModelKernels;
+use glimpse_materials::Material;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{Identity, Material};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -18,11 +18,10 @@ use super::descent::DescentObjective;
 use super::objective::PaperObjective;
 use super::phases::phases;
 use super::ridge::RidgeObjective;
-use crate::learned::Learned;
 use crate::linear::{Columns, principal_components};
-use crate::outer::{Checkpoints, Observer, OuterLoop, RunError};
-use crate::pattern::angles_above_horizon;
-use crate::phase::Values;
+use crate::outer::Session;
+use crate::pattern::Reach;
+use crate::result::{Learned, TrainError};
 use crate::streams::RandomStreams;
 use crate::tasks::pool::WarpedPool;
 
@@ -41,33 +40,12 @@ pub(crate) fn train<'a>(
     arena: &'a Arena,
     options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
-    checkpoints: Option<&Checkpoints>,
-    observer: &mut Observer<'_>,
-) -> Result<Learned<'a>, RunError> {
+    session: &mut Session<'_, '_>,
+) -> Result<Learned<'a>, TrainError> {
     match ModelKernels::of(options.model) {
-        Some(kernels) => train_sgd(arena, kernels, options, materials, checkpoints, observer),
-        None => train_ridge(arena, options, materials, checkpoints, observer),
+        Some(kernels) => train_sgd(arena, kernels, options, materials, session),
+        None => train_ridge(arena, options, materials, session),
     }
-}
-
-/// Runs schedule paper on an objective with a number of materials.
-fn run(
-    options: &TrainingOptions,
-    checkpoints: Option<&Checkpoints>,
-    identities: &[Identity],
-    objective: &dyn PaperObjective,
-    tasks: usize,
-    observer: &mut Observer<'_>,
-) -> Result<Values, RunError> {
-    let outer_loop = OuterLoop {
-        initial: objective.initial_values(),
-        phases: &phases(objective, options, tasks),
-        path: None,
-        identity: options.identity(identities),
-        checkpoints,
-        stage: 0,
-    };
-    outer_loop.run(observer)
 }
 
 /// Trains SGD steps with schedule paper. A tenth of the materials is held out.
@@ -76,11 +54,9 @@ fn train_sgd<'a>(
     kernels: &'static ModelKernels,
     options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
-    checkpoints: Option<&Checkpoints>,
-    observer: &mut Observer<'_>,
-) -> Result<Learned<'a>, RunError> {
+    session: &mut Session<'_, '_>,
+) -> Result<Learned<'a>, TrainError> {
     let seed = options.seed;
-    let identities = Identity::list(&materials);
     let (training, validation) = split(materials, seed);
     let tasks = training.len();
     let pool = |materials: Vec<Box<dyn Material>>, size, seed| {
@@ -104,17 +80,11 @@ fn train_sgd<'a>(
         inner_steps: INNER_STEPS,
         streams: RandomStreams { seed },
     };
-    let values = run(
-        options,
-        checkpoints,
-        &identities,
-        &objective,
-        tasks,
-        observer,
-    )?;
+    let phases = phases(&objective, options, tasks);
+    let values = session.run(objective.initial_values(), &phases, None)?;
     let estimate = objective.expected_loss(&values);
     Ok(Learned {
-        pattern: angles_above_horizon(&values.pattern),
+        pattern: Reach::ANY.reachable_angles(&values.pattern),
         fit: Contents {
             sgd: Some(Sgd {
                 model: options.model,
@@ -124,10 +94,8 @@ fn train_sgd<'a>(
             }),
             ..Contents::default()
         },
-        loss_predictor: None,
-        basis: None,
         expected_loss: Some(ValidatedLoss { estimate, split }),
-        materials: identities,
+        ..Learned::default()
     })
 }
 
@@ -136,29 +104,21 @@ fn train_ridge<'a>(
     arena: &'a Arena,
     options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
-    checkpoints: Option<&Checkpoints>,
-    observer: &mut Observer<'_>,
-) -> Result<Learned<'a>, RunError> {
+    session: &mut Session<'_, '_>,
+) -> Result<Learned<'a>, TrainError> {
     let (eta, seed, tasks) = (options.eta, options.seed, materials.len());
-    let identities = Identity::list(&materials);
     // In random order; folds leave materials out instead.
     let (mut materials, mut held_out) = split(materials, seed);
     materials.append(&mut held_out);
     let columns = Columns::new(&materials);
     let objective = RidgeObjective::new(materials, &columns, options.bases, eta, seed);
-    let values = run(
-        options,
-        checkpoints,
-        &identities,
-        &objective,
-        tasks,
-        observer,
-    )?;
+    let phases = phases(&objective, options, tasks);
+    let values = session.run(objective.initial_values(), &phases, None)?;
 
     let all: Vec<usize> = (0..columns.count()).collect();
     let basis = principal_components(&columns, &all, objective.components());
     let bytes = basis.to_bytes();
-    let pattern = angles_above_horizon(&values.pattern);
+    let pattern = Reach::ANY.reachable_angles(&values.pattern);
     let at = ComponentsAt::new(&basis, pattern.clone());
     let precision = vec![eta; basis.components()];
     Ok(Learned {
@@ -167,17 +127,16 @@ fn train_ridge<'a>(
             ridge: Some(arena.ridge(&at, &precision, Basis::checksum(&bytes))),
             ..Contents::default()
         },
-        loss_predictor: None,
         basis: Some(bytes),
         expected_loss: Some(ValidatedLoss {
             estimate: objective.expected_loss(&values),
             // A single material is trained with its own basis.
-            split: match identities.len() {
+            split: match tasks {
                 1 => ValidationSplit::Training,
                 _ => ValidationSplit::LeftOut,
             },
         }),
-        materials: identities,
+        ..Learned::default()
     })
 }
 

@@ -10,17 +10,17 @@ use glimpse_fitting::linear::{COMPACT_NODES, to_compact_bytes};
 use glimpse_fitting::recipe::options::TrainingOptions;
 use glimpse_fitting::recipe::sections::Arena;
 use glimpse_kernels::completion::Shape;
+use glimpse_materials::Material;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::{Identity, Material};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::dataset::{Dataset, Subset};
 use super::objective::PriorObjective;
-use super::phases;
-use crate::learned::Learned;
+use super::train::phases;
 use crate::linear::GaussianPrior;
-use crate::outer::{Checkpoints, Observer, OuterLoop, Progress, RunError};
+use crate::outer::{Progress, Session};
+use crate::result::{Learned, TrainError};
 use crate::tasks::material::TaskMaterial;
 use crate::tasks::task::{Dropout, Task};
 
@@ -31,17 +31,16 @@ const COMPONENTS: usize = 40;
 /// The variance of a mapped reading's noise.
 const NOISE_VARIANCE: f64 = 0.02;
 
-/// Trains a recipe without a pattern. None if the materials are too few, or all the same.
+/// Trains a recipe without a pattern.
 ///
 /// # Errors
-/// If the run is stopped, or a checkpoint cannot be read or written.
-pub(super) fn train<'a>(
+/// If the materials are too few or all the same, the run is stopped, or a checkpoint cannot be read or written.
+pub(crate) fn train_any<'a>(
     arena: &'a Arena,
     options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
-    checkpoints: Option<&Checkpoints>,
-    observer: &mut Observer<'_>,
-) -> Result<Option<Learned<'a>>, RunError> {
+    session: &mut Session<'_, '_>,
+) -> Result<Learned<'a>, TrainError> {
     let mut begin_phase = |phase| {
         let progress = Progress {
             phase,
@@ -51,13 +50,12 @@ pub(super) fn train<'a>(
             loss: f32::NAN,
             best: None,
         };
-        match observer(&progress) {
+        match (session.observer)(&progress) {
             ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(()) => Err(RunError::Stopped(0)),
+            ControlFlow::Break(()) => Err(TrainError::Stopped(0)),
         }
     };
     begin_phase("materials")?;
-    let identities = Identity::list(&materials);
     let dataset = Dataset::of(materials, options);
     let mut random = ChaCha8Rng::seed_from_u64(options.seed);
     let plain = (0..dataset.training_count.min(TASKS / 2)).map(|index| {
@@ -90,7 +88,7 @@ pub(super) fn train<'a>(
         difference_variance,
     }) = GaussianPrior::new(&tasks, COMPONENTS)
     else {
-        return Ok(None);
+        return Err(TrainError::TooFewMaterials);
     };
     let precision = |variances: &[f64], noise: f64| {
         let each = variances.iter().map(|variance| (noise / variance) as f32);
@@ -102,7 +100,7 @@ pub(super) fn train<'a>(
     let difference_precision: Vec<f32> = precision(&difference_variance, NOISE_VARIANCE);
     let compact = to_compact_bytes(&basis, basis.components(), COMPACT_NODES);
     let Ok(basis) = Basis::from_compact_bytes(&compact) else {
-        return Ok(None);
+        return Err(TrainError::TooFewMaterials);
     };
     let subset = Subset::new(&dataset, basis, &[]);
     let objective = PriorObjective::new(&subset, options);
@@ -116,20 +114,13 @@ pub(super) fn train<'a>(
         ..objective
     };
     let refinement = if objective.refinement.is_some() {
-        let outer_loop = OuterLoop {
-            initial: objective.initial_values(0),
-            phases: &phases::phases(&objective, options.effort),
-            path: None,
-            identity: options.identity(&identities),
-            checkpoints,
-            stage: 0,
-        };
-        objective.sections(arena, &outer_loop.run(observer)?)
+        let phases = phases(&objective, options.effort);
+        let values = session.run(objective.initial_values(0), &phases, None)?;
+        objective.sections(arena, &values)
     } else {
         None
     };
-    Ok(Some(Learned {
-        pattern: Vec::new(),
+    Ok(Learned {
         fit: Contents {
             ridge: Some(Ridge {
                 precision: arena.floats(&mean_precision),
@@ -146,9 +137,7 @@ pub(super) fn train<'a>(
             gauss_newton: refinement.map(|(_, steps)| steps),
             ..Contents::default()
         },
-        loss_predictor: None,
         basis: Some(compact),
-        expected_loss: None,
-        materials: identities,
-    }))
+        ..Learned::default()
+    })
 }

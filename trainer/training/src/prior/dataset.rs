@@ -8,7 +8,7 @@ use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::{sphere_view_samples, uniform_valid};
 use glimpse_materials::{Material, Procedural};
 
-use super::virtual_readings::VirtualReadings;
+use super::refinement::VirtualReadings;
 use crate::linear::{Columns, principal_components};
 use crate::tasks::highlight_warp::HighlightWarp;
 use crate::tasks::pool::WarpedPool;
@@ -146,15 +146,6 @@ pub struct Directions<'d> {
     pub table: ComponentTable,
 }
 
-impl<'d> Directions<'d> {
-    fn new(pool: &'d WarpedPool, basis: &Basis) -> Self {
-        Self {
-            pool,
-            table: pool.components(basis),
-        }
-    }
-}
-
 /// The part of a dataset used by one run: all of it, or all but one fold.
 pub struct Subset<'d> {
     /// The dataset.
@@ -174,13 +165,7 @@ pub struct Subset<'d> {
 }
 
 impl<'d> Subset<'d> {
-    /// Creates a subset with all materials, and with a number of principal components.
-    #[must_use]
-    pub fn all(dataset: &'d Dataset, components: usize) -> Self {
-        Self::without(dataset, components, &[])
-    }
-
-    /// Creates a subset with all materials except `held_out`.
+    /// Creates a subset with all materials except `held_out`, and with a number of principal components.
     #[must_use]
     pub fn without(dataset: &'d Dataset, components: usize, held_out: &[usize]) -> Self {
         let training = &dataset.materials[..dataset.training_count];
@@ -195,14 +180,18 @@ impl<'d> Subset<'d> {
     /// Creates a subset with all materials except `held_out`, and with principal components.
     pub(super) fn new(dataset: &'d Dataset, basis: Basis, held_out: &[usize]) -> Self {
         let is_used = |index: &usize| !held_out.contains(index);
+        let directions = |pool: &'d WarpedPool| Directions {
+            pool,
+            table: pool.components(&basis),
+        };
         let groups = dataset.groups.iter().map(|group| MaterialGroup {
             materials: group.materials.iter().copied().filter(is_used).collect(),
             share: group.share,
         });
         Self {
             dataset,
-            training: Directions::new(&dataset.pool, &basis),
-            validation: Directions::new(&dataset.validation_pool, &basis),
+            training: directions(&dataset.pool),
+            validation: directions(&dataset.validation_pool),
             virtual_readings: VirtualReadings::new(&basis, VIRTUAL_READINGS),
             groups: groups.filter(|group| !group.materials.is_empty()).collect(),
             validation_materials: match held_out {

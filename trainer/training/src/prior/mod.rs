@@ -7,40 +7,14 @@
 
 mod any_directions;
 mod completed_tasks;
+mod cross_validation;
 pub mod dataset;
-mod folds;
-mod gradient;
-mod held_out;
 mod hyperparameters;
 mod initial_weights;
 pub mod objective;
-pub mod phases;
 pub mod refinement;
 mod sample_order;
-mod train;
-mod virtual_readings;
+pub mod train;
 
-use glimpse_fitting::recipe::options::TrainingOptions;
-use glimpse_fitting::recipe::sections::Arena;
-use glimpse_materials::Material;
-
-use super::learned::Learned;
-use super::outer::{Checkpoints, Observer, RunError};
-
-/// Trains a recipe. None if the materials of a recipe without a pattern are too few, or all the same.
-///
-/// # Errors
-/// If the run is stopped, or a checkpoint cannot be read or written.
-pub(crate) fn train<'a>(
-    arena: &'a Arena,
-    options: &TrainingOptions,
-    materials: Vec<Box<dyn Material>>,
-    checkpoints: Option<&Checkpoints>,
-    observer: &mut Observer<'_>,
-) -> Result<Option<Learned<'a>>, RunError> {
-    if options.samples == 0 {
-        any_directions::train(arena, options, materials, checkpoints, observer)
-    } else {
-        train::train(arena, options, materials, checkpoints, observer).map(Some)
-    }
-}
+pub(crate) use any_directions::train_any;
+pub(crate) use train::train;

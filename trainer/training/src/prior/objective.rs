@@ -12,16 +12,17 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::completed_tasks::{CompletedTasks, Prepared, WeightedLoss, weighted_mean};
+use super::completed_tasks::{
+    CompletedTasks, Prepared, Terms, WeightedLoss, chunk_gradient, weighted_mean,
+};
 use super::dataset::{Directions, Subset};
-use super::gradient::{Terms, chunk_gradient};
 use super::hyperparameters::Hyperparameters;
 use super::initial_weights::initial_weights;
 use super::refinement::Refinement;
 use super::sample_order::greedy_order;
 use crate::initialization::initial_guess;
+use crate::outer::{OuterStep, Values, scaled_sum};
 use crate::pattern::{Pattern, Reach};
-use crate::phase::{OuterStep, Values, scaled_sum};
 use crate::scan_budget::Motion;
 use crate::streams::RandomStreams;
 use crate::tasks::reading::Reading;
@@ -131,16 +132,9 @@ impl<'a> PriorObjective<'a> {
         self.refinement.map_or(ModelKind::Linear, Refinement::model)
     }
 
-    /// Returns the pattern of the recipe, within the limits.
-    pub(super) fn reachable_pattern(&self, values: &Values) -> Pattern {
-        self.reach.reachable_pattern(&values.pattern)
-    }
-
     fn prepare<'v>(&'v self, values: &'v Values, pattern: Pattern) -> Prepared<'v> {
-        Prepared {
-            random_directions: self.random_directions,
-            ..Prepared::new(self.subset, self.shape, values, pattern)
-        }
+        let Self { subset, shape, .. } = self;
+        Prepared::new(subset, *shape, values, pattern, self.random_directions)
     }
 
     /// Returns initial meta-parameters. `guess` is the index of an independent initialization. The earlier run may have
@@ -198,8 +192,7 @@ impl<'a> PriorObjective<'a> {
         ))
     }
 
-    /// Returns meta-parameters, or their moments, with the samples in another order, given as indices. A list may be
-    /// empty.
+    /// Returns meta-parameters, or their moments, with the samples in another order, given as indices.
     #[must_use]
     pub fn permute_samples(&self, mut values: Values, order: &[usize]) -> Values {
         permute(&mut values.pattern, 3, order);
@@ -217,7 +210,7 @@ impl<'a> PriorObjective<'a> {
         if reading_options.missing_share == 0.0 || self.motion.is_some() {
             return values;
         }
-        let prepared = self.prepare(&values, self.reachable_pattern(&values));
+        let prepared = self.prepare(&values, self.reach.reachable_pattern(&values.pattern));
         let mut tasks = self.plain_tasks(&self.subset.validation_materials, ORDER_OCTET_STRIDE);
         let readings = tasks.par_iter().map(|task| prepared.read(task));
         let readings: Vec<Vec<Reading>> = readings.collect();
@@ -319,7 +312,7 @@ impl<'a> PriorObjective<'a> {
     ) -> (Pattern, Vec<Task>) {
         let [min, max] = RANDOM_READINGS;
         let samples = (min * (max / min).powf(random.random())) as usize;
-        let pattern = Pattern::new(uniform_valid(samples, random.random()));
+        let pattern = Pattern::new(&Reach::ANY, uniform_valid(samples, random.random()));
         let tasks = (0..count).map(|_| self.draw_task(samples, options, random));
         let tasks = tasks.map(|task| task.ending_after(samples));
         (pattern, tasks.collect())
@@ -332,7 +325,7 @@ impl<'a> PriorObjective<'a> {
         tasks: &[Task],
         function: impl Fn(&CompletedTasks<'_>, usize) -> T + Sync,
     ) -> Vec<T> {
-        let prepared = self.prepare(values, self.reachable_pattern(values));
+        let prepared = self.prepare(values, self.reach.reachable_pattern(&values.pattern));
         let results = tasks.par_chunks(CHUNK).flat_map_iter(|tasks| {
             let readings = prepared.read_all(tasks);
             let completed = CompletedTasks::new(&prepared, tasks, &readings);

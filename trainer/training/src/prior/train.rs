@@ -1,29 +1,26 @@
-//! Training with schedule prior: one run on all materials, then one run per fold to estimate the expected loss.
-
-use std::ops::ControlFlow;
+//! Training with schedule prior: one run on all materials, then one run per fold to estimate the expected loss. The phases
+//! of a run train the CoefficientNet with the pattern, and then the StartNet.
 
 use glimpse_core::fit::Ridge;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Contents;
 use glimpse_fitting::linear::ComponentsAt;
 use glimpse_fitting::recipe::expected_loss::{LossEstimate, ValidatedLoss, ValidationSplit};
-use glimpse_fitting::recipe::identity::RunIdentity;
 use glimpse_fitting::recipe::options::{Effort, TrainingOptions};
 use glimpse_fitting::recipe::sections::Arena;
+use glimpse_materials::Material;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::{Identity, Material};
+use glimpse_optimizer::Groups;
 
+use super::cross_validation::{FOLDS, Fold, HeldOut, TrainedFold, folds};
 use super::dataset::{Dataset, Subset};
-use super::folds::{FOLDS, Fold, folds};
-use super::held_out::{HeldOut, TrainedFold};
 use super::hyperparameters::Hyperparameters;
-use super::objective::{COMPONENTS, PriorObjective};
-use super::phases;
-use crate::learned::Learned;
+use super::objective::{COMPONENTS, OUTER_SAMPLES, PriorObjective, RANDOM_TASKS, StepOptions};
 use crate::loss_predictor::{HeldOutLoss, LossPredictor};
-use crate::outer::{Checkpoints, Observer, OuterLoop, PathOfSamples, Progress, RunError};
-use crate::phase::{Phase, Values};
+use crate::outer::{Gradient, PathOfSamples, Phase, Selection, Session, Start};
+use crate::result::{Learned, TrainError};
 use crate::tasks::reading::LOG_SCALE;
+use crate::tasks::task::Dropout;
 
 /// The number of components of the correction, K, for the model Linear with more samples than a device fits.
 const MAX_CORRECTED_COMPONENTS: usize = 120;
@@ -35,31 +32,33 @@ const MAX_DEVICE_SAMPLES: usize = 64;
 ///
 /// # Errors
 /// If the run is stopped, or a checkpoint cannot be read or written.
-pub(super) fn train<'a>(
+pub(crate) fn train<'a>(
     arena: &'a Arena,
     options: &TrainingOptions,
     materials: Vec<Box<dyn Material>>,
-    checkpoints: Option<&Checkpoints>,
-    observer: &mut Observer<'_>,
-) -> Result<Learned<'a>, RunError> {
-    let identities = Identity::list(&materials);
-    let identity = options.identity(&identities);
+    session: &mut Session<'_, '_>,
+) -> Result<Learned<'a>, TrainError> {
     let dataset = Dataset::of(materials, options);
     let folds = folds(dataset.training_count, &options.source_shares, options.seed);
-    let [steps, fold_steps] = phases::step_counts(options.effort, options.model);
-    let mut session = Session {
-        options,
-        checkpoints,
-        identity,
-        total: steps + folds.len() * fold_steps,
-        done: 0,
-        observer,
-    };
+    let steps = Steps::new(options.effort, options.model);
+    session.total = steps.patterns as usize * steps.search
+        + steps.coefficient_net
+        + steps.start_net
+        + folds.len() * steps.fold.iter().sum::<usize>();
 
     let components = corrected_components(options);
-    let all = Subset::all(&dataset, components);
+    let all = Subset::without(&dataset, components, &[]);
     let objective = PriorObjective::new(&all, options);
-    let values = session.run(&objective, phases::phases, 0)?;
+    let run =
+        |session: &mut Session<'_, '_>, objective: &PriorObjective<'_>, phases: &[Phase<'_>]| {
+            let permute = |values, order: &[usize]| objective.permute_samples(values, order);
+            let path = objective.motion.as_ref().map(|motion| PathOfSamples {
+                motion,
+                permute: &permute,
+            });
+            session.run(objective.initial_values(0), phases, path)
+        };
+    let values = run(session, &objective, &phases(&objective, options.effort))?;
     let expected_loss = objective.expected_loss(&values);
     let mut held_out = HeldOut::new(&dataset, options);
     for (index, Fold { materials, origin }) in folds.iter().enumerate() {
@@ -72,7 +71,8 @@ pub(super) fn train<'a>(
             earlier: Some(&values),
             ..PriorObjective::new(&subset, options)
         };
-        let fold_values = session.run(&fold_objective, phases::fold, index + 1)?;
+        let fold_phases = fold(&fold_objective, options.effort);
+        let fold_values = run(session, &fold_objective, &fold_phases)?;
         held_out.add(&TrainedFold {
             index,
             full: (&objective, &values),
@@ -84,7 +84,7 @@ pub(super) fn train<'a>(
     }
     let held_out = held_out.finish();
     let expected_loss = validated_loss(expected_loss, &held_out.complete);
-    let pattern = objective.reachable_pattern(&values).angles().to_vec();
+    let pattern = objective.reach.reachable_angles(&values.pattern);
     let hyperparameters = Hyperparameters::decode(&values.hyperparameters, all.basis.components());
     let refinement = objective.sections(arena, &values);
     let basis = refinement.is_none().then(|| all.basis.to_bytes());
@@ -115,7 +115,6 @@ pub(super) fn train<'a>(
         }),
         basis,
         expected_loss: Some(expected_loss),
-        materials: identities,
     })
 }
 
@@ -147,52 +146,166 @@ fn validated_loss(training_loss: LossEstimate, held_out_losses: &[HeldOutLoss]) 
     }
 }
 
-/// Several runs that are reported to the observer as one run.
-struct Session<'s, 'o> {
-    options: &'s TrainingOptions,
-    checkpoints: Option<&'s Checkpoints>,
-    identity: RunIdentity,
-    /// The number of outer steps of all runs.
-    total: usize,
-    /// The number of completed outer steps.
-    done: usize,
-    observer: &'s mut Observer<'o>,
+/// The step counts of an effort.
+struct Steps {
+    /// The number of patterns in the search; 0 without a search.
+    patterns: u64,
+    /// The number of steps for each pattern in the search.
+    search: usize,
+    /// The number of steps of the CoefficientNet phase.
+    coefficient_net: usize,
+    /// The number of steps of the StartNet phase; 0 for Linear.
+    start_net: usize,
+    /// The number of steps of the CoefficientNet and StartNet phases in each fold.
+    fold: [usize; 2],
 }
 
-impl Session<'_, '_> {
-    fn run<'a>(
-        &mut self,
-        objective: &'a PriorObjective<'a>,
-        phases: fn(&'a PriorObjective<'a>, Effort) -> Vec<Phase<'a>>,
-        stage: usize,
-    ) -> Result<Values, RunError> {
-        let phases = phases(objective, self.options.effort);
-        let permute = |values, order: &[usize]| objective.permute_samples(values, order);
-        let outer_loop = OuterLoop {
-            initial: objective.initial_values(0),
-            phases: &phases,
-            path: objective.motion.as_ref().map(|motion| PathOfSamples {
-                motion,
-                permute: &permute,
-            }),
-            identity: self.identity,
-            checkpoints: self.checkpoints,
-            stage,
-        };
-        let (done_before, total) = (self.done, self.total);
-        let observer = &mut *self.observer;
-        let mut combined = |progress: &Progress| -> ControlFlow<()> {
-            observer(&Progress {
-                done: done_before + progress.done,
-                total,
-                ..*progress
-            })
-        };
-        let values = match outer_loop.run(&mut combined) {
-            Err(RunError::Stopped(done)) => Err(RunError::Stopped(done_before + done)),
-            result => result,
-        }?;
-        self.done += phases.iter().map(|phase| phase.steps).sum::<usize>();
-        Ok(values)
+impl Steps {
+    fn new(effort: Effort, model: ModelKind) -> Self {
+        let (patterns, search, coefficient_net, start_net, fold) =
+            match (effort, model != ModelKind::Linear) {
+                (Effort::Brief, true) => (0, 0, 1_000, 400, [250, 100]),
+                (Effort::Brief, false) => (0, 0, 1_000, 0, [250, 0]),
+                (Effort::Quick, true) => (2, 500, 6_000, 2_500, [1_500, 1_000]),
+                (Effort::Quick, false) => (2, 500, 6_000, 0, [1_500, 0]),
+                (Effort::Standard, true) => (4, 1_500, 30_000, 4_000, [2_000, 1_250]),
+                (Effort::Standard, false) => (4, 3_000, 64_000, 0, [5_000, 0]),
+                (Effort::Long, true) => (16, 3_000, 100_000, 60_000, [20_000, 10_000]),
+                (Effort::Long, false) => (16, 3_000, 200_000, 0, [20_000, 0]),
+            };
+        Self {
+            patterns,
+            search,
+            coefficient_net,
+            start_net,
+            fold,
+        }
     }
+}
+
+/// Returns the gradient of a phase.
+fn gradient<'a>(
+    objective: &'a PriorObjective<'a>,
+    dropout: Dropout,
+    is_refined: bool,
+) -> Gradient<'a> {
+    let options = StepOptions {
+        outer_samples: OUTER_SAMPLES,
+        dropout,
+        is_refined,
+    };
+    Box::new(move |values, step| objective.gradient(values, step, options))
+}
+
+/// Returns a phase of the pattern search: one pattern with its own CoefficientNet.
+fn pattern_search<'a>(
+    objective: &'a PriorObjective<'a>,
+    steps: usize,
+    start: Option<Start<'a>>,
+) -> Phase<'a> {
+    Phase {
+        name: "pattern search",
+        samples: objective.shape.samples,
+        start,
+        gradient: gradient(objective, Dropout::Any, false),
+        selection: Selection::BestValidation(Box::new(|values| objective.selection_loss(values))),
+        steps,
+        batch: 32,
+        rates: Groups {
+            pattern: 3e-2,
+            coefficient_net: 5e-3,
+            hyperparameters: 1e-2,
+            ..Groups::default()
+        },
+        final_rate_ratio: 0.1,
+        warm_up_steps: 100,
+        max_gradient_norm: 1.0,
+        weight_decay: 0.0,
+        initial_allowance: 3.0,
+    }
+}
+
+/// Returns the phase that trains the CoefficientNet without a StartNet. Its samples are sorted for scans that end early.
+fn coefficient_net<'a>(
+    objective: &'a PriorObjective<'a>,
+    steps: usize,
+    start: Option<Start<'a>>,
+) -> Phase<'a> {
+    Phase {
+        name: "coefficient network",
+        gradient: gradient(objective, Dropout::TailOrFew, false),
+        selection: Selection::Last,
+        final_rate_ratio: 0.01,
+        initial_allowance: 1.3,
+        ..pattern_search(objective, steps, start)
+    }
+}
+
+/// Returns the phase that trains the StartNet.
+///
+/// Neural can represent what the coefficients do, and is worse on other materials than the training set if they change.
+/// For the models with few parameters, pattern and coefficients are trained again, for the fit.
+fn start_net<'a>(objective: &'a PriorObjective<'a>, steps: usize) -> Phase<'a> {
+    let (pattern, coefficient_net_rate) = match objective.model() {
+        ModelKind::Neural => (0.0, 0.0),
+        _ => (1e-2, 1.5e-3),
+    };
+    let start = Box::new(|best| objective.choose_initial(best));
+    Phase {
+        name: "start network",
+        gradient: gradient(objective, Dropout::TailOrFew, true),
+        rates: Groups {
+            initial: 1e-3,
+            hyperparameters: 1e-2,
+            pattern,
+            coefficient_net: coefficient_net_rate,
+            start_net: 3e-3,
+        },
+        ..coefficient_net(objective, steps, Some(start))
+    }
+}
+
+/// Returns the phases of a training on all materials.
+///
+/// A search trains several patterns, each with its own CoefficientNet. The best pattern continues, with its samples
+/// sorted for scans that end early. Without a search, the samples keep their order. For models other than Linear, a final
+/// phase trains the StartNet, which is the only phase for random directions.
+#[must_use]
+pub fn phases<'a>(objective: &'a PriorObjective<'a>, effort: Effort) -> Vec<Phase<'a>> {
+    let steps = Steps::new(effort, objective.model());
+    if objective.random_directions.is_some() {
+        return vec![Phase {
+            start: None,
+            gradient: Box::new(|values, step| objective.gradient(values, step, RANDOM_TASKS)),
+            ..start_net(objective, steps.start_net)
+        }];
+    }
+    let search = (0..steps.patterns).map(|guess| {
+        let start: Start<'a> = Box::new(move |_| objective.initial_values(guess));
+        pattern_search(objective, steps.search, Some(start))
+    });
+    let mut phases: Vec<Phase<'a>> = search.collect();
+    let reorder = || -> Start<'a> { Box::new(|best| objective.reorder_samples(best)) };
+    let start = (!phases.is_empty()).then(reorder);
+    phases.push(coefficient_net(objective, steps.coefficient_net, start));
+    if steps.start_net > 0 {
+        phases.push(start_net(objective, steps.start_net));
+    }
+    phases
+}
+
+/// Returns the phases of a cross-validation fold, at a fixed pattern. The resulting losses on the fold's materials, which
+/// the run does not train on, estimate the loss on unseen materials.
+#[must_use]
+pub fn fold<'a>(objective: &'a PriorObjective<'a>, effort: Effort) -> Vec<Phase<'a>> {
+    let [coefficient_net_steps, start_net_steps] = Steps::new(effort, objective.model()).fold;
+    let mut phases = vec![coefficient_net(objective, coefficient_net_steps, None)];
+    if start_net_steps > 0 {
+        phases.push(start_net(objective, start_net_steps));
+    }
+    for phase in &mut phases {
+        phase.name = "cross-validation";
+        phase.rates.pattern = 0.0;
+    }
+    phases
 }

@@ -69,9 +69,7 @@ impl Reading {
         });
         all.collect()
     }
-}
 
-impl Reading {
     /// Returns the BRDF of readings.
     pub(crate) fn brdf(readings: &[Self]) -> Vec<[f32; 3]> {
         readings.iter().map(|reading| reading.brdf).collect()

@@ -12,27 +12,23 @@ use rand_chacha::ChaCha8Rng;
 
 /// Samples of a material with weights.
 pub struct WeightedSamples<'a> {
-    at: Cow<'a, [OctetDirections]>,
-    values: Vec<OctetRgb>,
-    weights: Vec<Octet>,
+    /// The directions, in octets.
+    pub at: Cow<'a, [OctetDirections]>,
+    /// The BRDF there, sr⁻¹ (not times the cosine).
+    pub values: Vec<OctetRgb>,
+    /// The weights in a loss.
+    pub weights: Vec<Octet>,
 }
 
 impl<'a> WeightedSamples<'a> {
-    /// Creates samples from directions, the BRDF there (sr⁻¹, not times the cosine), and weights, all in octets.
-    #[must_use]
-    pub fn new(at: Cow<'a, [OctetDirections]>, values: Vec<OctetRgb>, weights: Vec<Octet>) -> Self {
-        Self {
-            at,
-            values,
-            weights,
-        }
-    }
-
     /// Creates samples for a mean over whole octets and three channels.
     #[must_use]
     pub fn uniform(at: Vec<OctetDirections>, values: Vec<OctetRgb>) -> Self {
-        let weights = vec![Octet([uniform_weight(values.len()); WIDTH]); values.len()];
-        Self::new(at.into(), values, weights)
+        Self {
+            at: at.into(),
+            weights: vec![Octet([uniform_weight(values.len()); WIDTH]); values.len()],
+            values,
+        }
     }
 
     /// Creates samples for a mean over the present ones of some readings, and three channels. `brdf` and `present` have
@@ -44,8 +40,11 @@ impl<'a> WeightedSamples<'a> {
         for (index, _) in present.iter().enumerate().filter(|(_, present)| **present) {
             weights[index / WIDTH].0[index % WIDTH] = 1.0 / (3.0 * count as f32);
         }
-        let values = brdf.chunks(WIDTH).map(transpose_rgb).collect();
-        Self::new(at.into(), values, weights)
+        Self {
+            at: at.into(),
+            values: brdf.chunks(WIDTH).map(transpose_rgb).collect(),
+            weights,
+        }
     }
 
     /// Returns the samples in the layout of the kernels.

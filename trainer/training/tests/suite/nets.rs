@@ -2,7 +2,7 @@
 //! Core's own tests compare that with a reference.
 
 use glimpse_core::fit::coefficient_net::{CoefficientNet, Input, Plain};
-use glimpse_kernels::completion::{Batch, CompletionWeights, Shape, split_lists};
+use glimpse_kernels::completion::{Batch, CompletionWeights, Shape, complete, split_lists};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -47,11 +47,14 @@ fn batches_match_single_materials() {
             batch.set_reading(material, sample, *reading);
         }
     }
-    batch.complete(&CompletionWeights {
-        shape: SHAPE,
-        coefficient_net: &weights,
-        start_net: &[],
-    });
+    complete(
+        &mut batch,
+        &CompletionWeights {
+            shape: SHAPE,
+            coefficient_net: &weights,
+            start_net: &[],
+        },
+    );
     for (material, readings) in materials.iter().enumerate() {
         let inputs = readings.iter().map(|reading| Input {
             channels: reading.unwrap_or_default(),

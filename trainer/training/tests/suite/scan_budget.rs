@@ -10,7 +10,7 @@ use glimpse_fitting::recipe::options::{Effort, Schedule, TrainingOptions};
 use glimpse_fitting::route::{
     LimitArgs, Machine, Order, Route, SpeedArgs, Stop, arms_in_degrees, stops,
 };
-use glimpse_training::pattern::{Pattern, logits_from_reachable};
+use glimpse_training::pattern::Reach;
 use glimpse_training::run::train;
 use glimpse_training::scan_budget::{Motion, ScanBudgetError};
 use rand::{Rng, SeedableRng};
@@ -64,6 +64,7 @@ fn weighted_gradient_matches_differences() {
         min_separation: 0.1,
         ..Limits::NONE
     };
+    let reach = Reach { limits, fixed: &[] };
     let norm = |list: &[f64]| list.iter().map(|x| x * x).sum::<f64>().sqrt();
     let cosine = |one: &[f64], other: &[f64]| {
         let products = one.iter().zip(other).map(|(one, other)| one * other);
@@ -75,12 +76,9 @@ fn weighted_gradient_matches_differences() {
         let angles = random_angles(&mut random);
         let logits: Vec<f32> = angles
             .iter()
-            .flat_map(|angles| logits_from_reachable(*angles, &limits))
+            .flat_map(|angles| reach.logits(*angles))
             .collect();
-        let seconds = |logits: &[f32]| {
-            let pattern = Pattern::from_logits_within(logits, limits);
-            path_seconds(pattern.angles())
-        };
+        let seconds = |logits: &[f32]| path_seconds(&reach.pattern(logits).angles);
         let unchanged = seconds(&logits);
         let slopes = |step: f32| -> Vec<f64> {
             let mut moved = logits.clone();
@@ -131,7 +129,7 @@ fn faster_order_shortens_path_and_shortened_pattern_is_within_budget() {
     let motion = within(12.0);
     let mut logits: Vec<f32> = (0..36).map(|_| random.random_range(-2.0..2.0)).collect();
     let path = |logits: &[f32]| {
-        let angles = glimpse_training::pattern::reachable_angles(logits, &limits);
+        let angles = Reach { limits, fixed: &[] }.reachable_angles(logits);
         motion.path(&angles).seconds
     };
     let before = path(&logits);

@@ -7,8 +7,8 @@ use glimpse_core::model::{Model, Neural};
 use glimpse_gradcheck::parameters;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, NeuralBrdf, Procedural};
-use glimpse_training::outer::OuterLoop;
-use glimpse_training::phase::Values;
+use glimpse_training::outer::{Observer, Values};
+use glimpse_training::run::TrainError;
 use glimpse_training::tasks::pool::WarpedPool;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -84,9 +84,11 @@ pub(crate) fn assert_gradient_matches_loss(
 }
 
 /// Returns the bits of each step's loss, and of the learned values.
-pub(crate) fn run_bits(run: &OuterLoop<'_>) -> Vec<u32> {
+pub(crate) fn run_bits(
+    run: impl FnOnce(&mut Observer<'_>) -> Result<Values, TrainError>,
+) -> Vec<u32> {
     let mut all = Vec::new();
-    let values = run.run(&mut |progress| {
+    let values = run(&mut |progress| {
         all.push(progress.loss.to_bits());
         ControlFlow::Continue(())
     });

@@ -2,9 +2,9 @@
 
 use glimpse_core::model::ModelKind;
 use glimpse_kernels::ModelKernels;
+use glimpse_training::outer::{OuterStep, Values};
 use glimpse_training::paper::descent::DescentObjective;
 use glimpse_training::paper::objective::{InnerSamples, LossSamples, PaperObjective};
-use glimpse_training::phase::{OuterStep, Values};
 use glimpse_training::streams::RandomStreams;
 
 use crate::support::{assert_independent_of_threads, bits, pool, procedural};

@@ -3,11 +3,10 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::gonio::Limits;
 use glimpse_core::model::SampleGradient;
 use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
 use glimpse_materials::sampling::sobol_valid;
-use glimpse_training::pattern::{Pattern, angles_within, logits_from_angles};
+use glimpse_training::pattern::Reach;
 use glimpse_training::tasks::samples::WeightedSamples;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -36,7 +35,7 @@ fn is_valid(logits: [f64; 3]) -> bool {
 /// Returns the logits of valid samples and of one sample below the horizon.
 fn logits_with_one_below_horizon(valid: usize, random: &mut ChaCha8Rng) -> Vec<[f32; 3]> {
     let valid_samples = sobol_valid(valid, random.random()).into_iter();
-    let mut logits: Vec<_> = valid_samples.map(logits_from_angles).collect();
+    let mut logits: Vec<_> = valid_samples.map(|at| Reach::ANY.logits(at)).collect();
     let below_horizon = [
         random.random_range(1.5..2.5),
         random.random_range(1.5..2.5),
@@ -51,9 +50,9 @@ fn logits_with_one_below_horizon(valid: usize, random: &mut ChaCha8Rng) -> Vec<[
 fn present_samples_have_equal_weights() {
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let logits = logits_with_one_below_horizon(7, &mut random);
-    let pattern = Pattern::from_logits(logits.as_flattened());
+    let pattern = Reach::ANY.pattern(logits.as_flattened());
     let brdf: Vec<[f32; 3]> = (0..8).map(|_| random.random()).collect();
-    let samples = WeightedSamples::present(pattern.octet_directions(), &brdf, pattern.valid());
+    let samples = WeightedSamples::present(&pattern.octet_directions, &brdf, &pattern.valid);
     let samples = unpack(&samples.octets());
 
     let all = logits.iter().map(|each| each.map(f64::from)).zip(brdf);
@@ -88,7 +87,7 @@ fn random_gradient(random: &mut ChaCha8Rng) -> SampleGradient<Octet> {
 fn invalid_sample_has_the_gradient_of_the_barrier() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let logits = logits_with_one_below_horizon(7, &mut random);
-    let pattern = Pattern::from_logits(logits.as_flattened());
+    let pattern = Reach::ANY.pattern(logits.as_flattened());
     // The gradient with respect to the samples must not matter.
     let by_sample = [random_gradient(&mut random)];
     let by_logits =
@@ -114,7 +113,7 @@ fn gradient_by_logits_follows_the_chain_rule() {
     for seed in 0..50 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let logits = logits_with_one_below_horizon(WIDTH - 1, &mut random);
-        let pattern = Pattern::from_logits(logits.as_flattened());
+        let pattern = Reach::ANY.pattern(logits.as_flattened());
         let by_sample = random_gradient(&mut random);
         let by_logits = to_f64(
             &pattern.gradient_by_logits(|index| pattern.gradient_by_angles(&[by_sample], index)),
@@ -158,8 +157,8 @@ fn gradient_by_logits_follows_the_chain_rule() {
 #[test]
 fn angles_and_logits_round_trip() {
     for original in sobol_valid(1000, 1) {
-        let logits = logits_from_angles(original);
-        let actual = angles_within(logits, &Limits::NONE);
+        let logits = Reach::ANY.logits(original);
+        let actual = Reach::ANY.angles(logits);
         let expected = angles(logits.map(f64::from));
         let actual = actual.to_array();
         let original = original.to_array();

@@ -13,16 +13,15 @@ use glimpse_core::numeric::Rows;
 
 use glimpse_fitting::recipe::Noise;
 use glimpse_fitting::recipe::options::{Effort, Schedule, TrainingOptions};
-use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
+use glimpse_kernels::completion::{Batch, CompletionWeights, Shape, complete};
 use glimpse_kernels::scan::scan;
 use glimpse_materials::{Brdf, Procedural};
-use glimpse_training::outer::{Checkpoints, OuterLoop, RunError};
+use glimpse_training::outer::{Checkpoints, Observer, OuterStep, Phase, Session, Values};
 use glimpse_training::pattern::Reach;
-use glimpse_training::phase::{OuterStep, Phase, Values};
 use glimpse_training::prior::dataset::{Dataset, Subset};
 use glimpse_training::prior::objective::{PriorObjective, StepOptions};
-use glimpse_training::prior::phases::phases;
 use glimpse_training::prior::refinement::Refinement;
+use glimpse_training::prior::train::phases;
 use glimpse_training::run::{TrainError, train};
 use glimpse_training::streams::RandomStreams;
 use glimpse_training::tasks::task::{Dropout, MaterialGroup, ReadingOptions};
@@ -72,7 +71,7 @@ fn with_reach<T>(
     };
     let groups = vec![group(0..8, 0.7), group(8..12, 0.3)];
     let dataset = Dataset::new(procedural(12, 3), 8, groups, reading_options, 512, 5);
-    let subset = Subset::all(&dataset, 6);
+    let subset = Subset::without(&dataset, 6, &[]);
     let refinement = Refinement::of(model);
     let objective = PriorObjective {
         subset: &subset,
@@ -125,7 +124,7 @@ fn gradient_matches_loss() {
             // All samples are within the limits: the barrier contributes to the gradient but not to the loss.
             move_toward_normal(&mut values);
             let pattern = objective.reach.pattern(&values.pattern);
-            assert!(pattern.valid().iter().all(|valid| *valid));
+            assert!(pattern.valid.iter().all(|valid| *valid));
             let groups = assert_gradient_matches_loss(model.name(), &values, |values| {
                 objective.gradient(values, OUTER_STEP, OPTIONS)
             });
@@ -177,10 +176,10 @@ fn fixed_directions_and_planes_are_kept() {
         let ordered = objective.reorder_samples(values.clone());
         assert_ne!(ordered.pattern, values.pattern);
         for values in [&values, &ordered] {
-            let pattern = reach.reachable_pattern(&values.pattern);
-            assert_eq!(pattern.angles()[..2], fixed);
-            for angles in pattern.angles() {
-                let directions = HalfDifference::from_angles(*angles).directions();
+            let reachable = reach.reachable_angles(&values.pattern);
+            assert_eq!(reachable[..2], fixed);
+            for angles in reachable {
+                let directions = HalfDifference::from_angles(angles).directions();
                 assert_eq!(limits.check(&directions), Ok(()), "{angles:?}");
             }
         }
@@ -217,12 +216,13 @@ fn reordering_samples_preserves_the_loss() {
     });
 }
 
-/// Returns a run.
-fn outer_loop<'a>(
+/// Runs phases.
+fn run_phases(
     objective: &PriorObjective<'_>,
-    phases: &'a [Phase<'a>],
-    checkpoints: Option<&'a Checkpoints>,
-) -> OuterLoop<'a> {
+    phases: &[Phase<'_>],
+    checkpoints: Option<&Checkpoints>,
+    observer: &mut Observer<'_>,
+) -> Result<Values, TrainError> {
     let options = TrainingOptions::new(
         objective.model(),
         SAMPLES,
@@ -230,14 +230,8 @@ fn outer_loop<'a>(
         Effort::Brief,
         11,
     );
-    OuterLoop {
-        initial: objective.initial_values(0),
-        phases,
-        path: None,
-        identity: options.identity(&[]),
-        checkpoints,
-        stage: 0,
-    }
+    let mut session = Session::new(options.identity(&[]), checkpoints, observer);
+    session.run(objective.initial_values(0), phases, None)
 }
 
 fn checkpoints(directory: &Path) -> Checkpoints {
@@ -252,7 +246,7 @@ fn training_is_independent_of_threads() {
     for model in MODELS {
         let bits = assert_independent_of_threads(model.name(), || {
             with_objective(model, |objective| {
-                run_bits(&outer_loop(objective, &short_phases(objective), None))
+                run_bits(|observer| run_phases(objective, &short_phases(objective), None, observer))
             })
         });
         assert!(bits.len() > 100 && bits.iter().all(|bits| f32::from_bits(*bits).is_finite()));
@@ -304,8 +298,7 @@ fn run_resumed_at_sample_reordering_matches_uninterrupted_run() {
         let last = phases.len() - 1;
         let run = |directory: Option<&Path>, stop_after| {
             let checkpoints = directory.map(checkpoints);
-            let outer_loop = outer_loop(objective, &phases, checkpoints.as_ref());
-            outer_loop.run(&mut |progress| {
+            run_phases(objective, &phases, checkpoints.as_ref(), &mut |progress| {
                 if progress.done == stop_after {
                     ControlFlow::Break(())
                 } else {
@@ -317,7 +310,7 @@ fn run_resumed_at_sample_reordering_matches_uninterrupted_run() {
         for stop_after in [last * STEPS, last * STEPS + 1] {
             let scratch = tempfile::tempdir().expect("a temporary directory");
             let stopped = run(Some(scratch.path()), stop_after);
-            assert!(matches!(stopped, Err(RunError::Stopped(done)) if done == stop_after));
+            assert!(matches!(stopped, Err(TrainError::Stopped(done)) if done == stop_after));
             let resumed = run(Some(scratch.path()), usize::MAX).expect("the run is not stopped");
             assert_eq!(resumed, expected, "stopped after {stop_after} steps");
         }
@@ -381,11 +374,14 @@ fn device_fits_like_trained_net() {
             }
             batch.set_reading(0, sample, Some(reading.map(|value| value * net.scale)));
         }
-        batch.complete(&CompletionWeights {
-            shape,
-            coefficient_net: &weights,
-            start_net: &[],
-        });
+        complete(
+            &mut batch,
+            &CompletionWeights {
+                shape,
+                coefficient_net: &weights,
+                start_net: &[],
+            },
+        );
         let completed = batch.coefficients(0);
         let channels = completed.chunks(components).zip(mapped);
         let expected: Vec<f32> = channels

@@ -7,10 +7,10 @@ use glimpse_fitting::recipe::options::TrainingOptions;
 use glimpse_materials::Material;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_training::linear::{Columns, principal_components};
+use glimpse_training::outer::{OuterStep, Values};
 use glimpse_training::paper::objective::{InnerSamples, LossSamples, PaperObjective};
 use glimpse_training::paper::ridge::RidgeObjective;
-use glimpse_training::pattern::{angles_above_horizon, logits_from_angles};
-use glimpse_training::phase::{OuterStep, Values};
+use glimpse_training::pattern::Reach;
 use glimpse_training::streams::RandomStreams;
 
 use crate::support::{
@@ -81,7 +81,7 @@ fn expected_loss_is_that_of_folds() {
     let losses = materials.iter().enumerate().map(|(index, material)| {
         let others = columns.columns_of(|other| other % FOLDS != index % FOLDS);
         let basis = principal_components(&columns, &others, BASES);
-        let pattern = ComponentsAt::new(&basis, angles_above_horizon(&values.pattern));
+        let pattern = ComponentsAt::new(&basis, Reach::ANY.reachable_angles(&values.pattern));
         let coefficients = fit(&pattern, &**material);
         let at = ComponentsAt::new(&basis, directions.clone());
         let errors = directions.iter().enumerate().map(|(direction, angles)| {
@@ -133,7 +133,7 @@ fn gradient_without_valid_samples_is_the_barrier() {
         phi_d: 0.1,
     };
     let values = Values {
-        pattern: logits_from_angles(below_horizon).to_vec(),
+        pattern: Reach::ANY.logits(below_horizon).to_vec(),
         ..Values::default()
     };
     let (loss, gradient) = objective().gradient(&values, STEP, SAMPLES);
