@@ -116,17 +116,3 @@ fn restart_discards_readings() {
         assert_eq!(fit(scan, &[5]), outcome(contents, &subset(0b100)));
     });
 }
-
-#[test]
-fn fit_omits_skipped_samples() {
-    for_each_recipe(2, |contents, scan| {
-        let error = Error::with(ErrorCode::ReadingIndex, [SAMPLES as u32; 2]);
-        assert_eq!(scan.skip(SAMPLES as u16), Err(error));
-        record(scan, [0, 2, 3, 5], unsaturated);
-        scan.skip(1).unwrap();
-        assert_eq!(scan.next_pending().unwrap().0, 4);
-        scan.skip(4).unwrap();
-        assert!(scan.next_pending().is_none());
-        assert_eq!(fit(scan, &[7]), outcome(contents, &subset(0b10_1101)));
-    });
-}

@@ -34,7 +34,7 @@ pub(crate) fn recipe_for(model: ModelKind) -> Recipe<'static> {
 }
 
 /// An empty scan, whose memory is leaked.
-pub(crate) fn new_scan<K: ScanModel + 'static>(recipe: Recipe<'static>) -> Scan<'static, K> {
+pub(crate) fn new_scan(recipe: Recipe<'static>) -> Scan<'static, Any> {
     let memory = vec![0.0; recipe.memory_words()].leak();
     Scan::new(recipe, memory).unwrap()
 }
@@ -43,24 +43,6 @@ pub(crate) fn new_scan<K: ScanModel + 'static>(recipe: Recipe<'static>) -> Scan<
 pub(crate) fn empty_scans() -> [Scan<'static, Any>; 4] {
     MODELS.map(|model| new_scan(recipe_for(model)))
 }
-
-/// Calls `check::<K>(recipe, ..)` with the type of each model, and with `AnyModel` for each model.
-macro_rules! for_every_fitter {
-    ($check:ident $(, $argument:expr)*) => {{
-        use glimpse_core::fit::Linear;
-        use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
-        use $crate::scanning::{Any, MODELS, recipe_for};
-
-        $check::<Phong>(recipe_for(ModelKind::Phong) $(, $argument)*);
-        $check::<CookTorrance>(recipe_for(ModelKind::CookTorrance) $(, $argument)*);
-        $check::<Neural>(recipe_for(ModelKind::Neural) $(, $argument)*);
-        $check::<Linear>(recipe_for(ModelKind::Linear) $(, $argument)*);
-        for model in MODELS {
-            $check::<Any>(recipe_for(model) $(, $argument)*);
-        }
-    }};
-}
-pub(crate) use for_every_fitter;
 
 /// The reading of a sample of a synthetic material.
 pub(crate) fn synthetic_reading(index: u16) -> Reading {
@@ -138,14 +120,16 @@ pub(crate) fn fit<K: ScanModel>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outc
             break;
         }
     }
-    match scan.fit_under_way().unwrap().finish() {
+    let implausible = match scan.fit_under_way().unwrap().finish() {
+        Ok(_) => None,
         // A synthetic material may be implausible.
-        Ok(_) => {}
-        Err(error) if error.is_implausible() => {}
+        Err(error) if error.is_implausible() => Some(error.code),
         Err(error) if error.code == ErrorCode::Diverged => return Outcome::Diverged,
         Err(error) => panic!("{error}"),
-    }
+    };
+    // The fit is available in both cases, and contains the same reason.
     let fitted = scan.fitted().unwrap();
+    assert_eq!(fitted.residual().implausible, implausible);
     assert!(fitted.values().all(f32::is_finite));
     for angles in pattern {
         let at = HalfDifference::from_angles(angles);
@@ -162,12 +146,9 @@ pub(crate) fn fit<K: ScanModel>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outc
 }
 
 /// A full scan in its own memory, in the recipe's order.
-pub(crate) fn full_scan<K: ScanModel>(
-    recipe: Recipe<'_>,
-    reading: impl Fn(u16) -> Reading,
-) -> Outcome {
+pub(crate) fn full_scan(recipe: Recipe<'_>, reading: impl Fn(u16) -> Reading) -> Outcome {
     let mut memory = vec![0.0; recipe.memory_words()];
-    let mut scan = Scan::<K>::new(recipe, &mut memory).unwrap();
+    let mut scan = Scan::<Any>::new(recipe, &mut memory).unwrap();
     record(&mut scan, 0..recipe.samples() as u16, reading);
     fit(&mut scan, &[u32::MAX])
 }

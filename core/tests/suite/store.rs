@@ -7,7 +7,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::store::{Layout, Store};
 
 use crate::documents::recovery::common::flash::{Flash, SECTOR_BYTES, effects};
-use crate::scanning::{Any, new_scan, recipe_for};
+use crate::scanning::{new_scan, recipe_for};
 
 /// Small areas, which change often: a header, fourteen items that count and one more.
 const LAYOUT: Layout = Layout {
@@ -60,7 +60,7 @@ fn content(flash: &Flash) -> (String, u32) {
         store.is_proven(7)
     );
     for _ in 0..2 {
-        let mut scan = new_scan::<Any>(recipe());
+        let mut scan = new_scan(recipe());
         let count = store.restore(&mut scan).unwrap();
         let readings = [0, 1, 2, 3, 4, 5, 6, 7].map(|index| scan.reading(index));
         text += &format!(" {count} {readings:?}");
@@ -118,7 +118,7 @@ fn samples_count_once_confirmed() {
     assert_eq!(invalid.code, ErrorCode::ReadingNonFinite);
     for are_valid in [false, true] {
         run(&mut store, '0', 1.0).unwrap();
-        let mut scan = new_scan::<Any>(recipe());
+        let mut scan = new_scan(recipe());
         assert_eq!(store.restore(&mut scan), Ok(0));
         store.confirm(are_valid).unwrap();
         store.confirm(true).unwrap();
@@ -126,6 +126,6 @@ fn samples_count_once_confirmed() {
     }
     let other = recipe_for(ModelKind::Neural);
     Store::mount(&mut *flash, LAYOUT, &other).unwrap();
-    let mut scan = new_scan::<Any>(recipe());
+    let mut scan = new_scan(recipe());
     assert_eq!(mount(flash).unwrap().restore(&mut scan), Ok(0));
 }

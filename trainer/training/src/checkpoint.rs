@@ -233,36 +233,13 @@ mod tests {
     }
 
     #[test]
-    fn rejects_truncated_and_corrupted_checkpoints() {
+    fn rejects_damaged_checkpoints_and_those_of_another_run() {
         let original = checkpoint();
         let scratch = tempfile::tempdir().expect("a temporary directory");
         let path = Checkpoint::path(scratch.path(), 0);
         original.write(&path).expect("the file is written");
         let read = Checkpoint::read(&path, &RUN).expect("the file is intact");
         assert_eq!(read, Some(original));
-        let bytes = fs::read(&path).expect("the file exists");
-        for length in 0..bytes.len() {
-            fs::write(&path, &bytes[..length]).expect("the file is written");
-            let error = Checkpoint::read(&path, &RUN).expect_err("the file is truncated");
-            assert!(matches!(error, CheckpointError::Damaged { .. }), "{error}");
-        }
-        for position in 0..bytes.len() {
-            let mut other = bytes.clone();
-            other[position] ^= 0x40;
-            fs::write(&path, other).expect("the file is written");
-            let error = Checkpoint::read(&path, &RUN).expect_err("a byte differs");
-            assert!(matches!(error, CheckpointError::Damaged { .. }), "{error}");
-        }
-        fs::write(&path, [&bytes[..], &[0]].concat()).expect("the file is written");
-        let error = Checkpoint::read(&path, &RUN).expect_err("the file has a trailing byte");
-        assert!(matches!(error, CheckpointError::Damaged { .. }), "{error}");
-    }
-
-    #[test]
-    fn rejects_checkpoint_of_another_run() {
-        let scratch = tempfile::tempdir().expect("a temporary directory");
-        let path = Checkpoint::path(scratch.path(), 0);
-        checkpoint().write(&path).expect("the file is written");
         for other in [
             RunIdentity { options: 1, ..RUN },
             RunIdentity {
@@ -270,14 +247,28 @@ mod tests {
                 ..RUN
             },
         ] {
-            match Checkpoint::read(&path, &other).expect_err("the run differs") {
-                CheckpointError::OtherRun {
-                    expected, actual, ..
-                } => {
-                    assert_eq!((expected, actual), (other, RUN));
-                }
-                error => panic!("{error}"),
-            }
+            let error = Checkpoint::read(&path, &other).expect_err("the run differs");
+            let CheckpointError::OtherRun {
+                expected, actual, ..
+            } = error
+            else {
+                panic!("{error}")
+            };
+            assert_eq!((expected, actual), (other, RUN));
         }
+
+        let bytes = fs::read(&path).expect("the file exists");
+        let assert_damaged = |bytes: &[u8]| {
+            fs::write(&path, bytes).expect("the file is written");
+            let error = Checkpoint::read(&path, &RUN).expect_err("the file is damaged");
+            assert!(matches!(error, CheckpointError::Damaged { .. }), "{error}");
+        };
+        for position in 0..bytes.len() {
+            assert_damaged(&bytes[..position]);
+            let mut other = bytes.clone();
+            other[position] ^= 0x40;
+            assert_damaged(&other);
+        }
+        assert_damaged(&[&bytes[..], &[0]].concat());
     }
 }

@@ -2,7 +2,6 @@
 
 use glimpse_core::driver::{Action, Config, Driver};
 use glimpse_core::error::ErrorCode;
-use glimpse_core::fit::ScanModel;
 use glimpse_core::gonio::Reading;
 use glimpse_core::link::{FRAME_BYTES, HostEnd, PROTOCOL, Purpose, Received, Reply, Request};
 use glimpse_core::model::ModelKind;
@@ -19,10 +18,7 @@ pub(crate) const ORIGIN: u64 = 0xFFFF_FF00;
 pub(crate) type AnyDriver = Driver<'static, Any>;
 
 /// A driver that scans with a recipe.
-pub(crate) fn new_driver<K: ScanModel + 'static>(
-    recipe: Recipe<'static>,
-    config: Config,
-) -> Driver<'static, K> {
+pub(crate) fn new_driver(recipe: Recipe<'static>, config: Config) -> AnyDriver {
     Driver::new(new_scan(recipe), config)
 }
 
@@ -140,7 +136,7 @@ impl<'h> Bench<'h> {
     }
 
     /// One iteration of a firmware's loop, which sleeps as long as the driver allows.
-    pub(crate) fn step<K: ScanModel>(&mut self, driver: &mut Driver<'_, K>) -> Action {
+    pub(crate) fn step(&mut self, driver: &mut AnyDriver) -> Action {
         self.now += u64::from(self.sleep_ms);
         let action = driver.poll(ORIGIN + self.now);
         self.sleep_ms = 0;
@@ -183,9 +179,9 @@ impl<'h> Bench<'h> {
     }
 
     /// Runs until an action satisfies `until`. Returns its time in ms and the action.
-    pub(crate) fn run<K: ScanModel>(
+    pub(crate) fn run(
         &mut self,
-        driver: &mut Driver<'_, K>,
+        driver: &mut AnyDriver,
         until: impl Fn(&Action) -> bool,
     ) -> (u64, Action) {
         for _ in 0..MAX_STEPS {
@@ -204,7 +200,7 @@ impl<'h> Bench<'h> {
     }
 
     /// Runs for a time in ms.
-    pub(crate) fn wait<K: ScanModel>(&mut self, driver: &mut Driver<'_, K>, milliseconds: u64) {
+    pub(crate) fn wait(&mut self, driver: &mut AnyDriver, milliseconds: u64) {
         let end = self.now + milliseconds;
         for _ in 0..MAX_STEPS {
             if self.now + u64::from(self.sleep_ms) > end {
@@ -258,7 +254,7 @@ impl<'h> Bench<'h> {
 }
 
 /// The bits of the fitted material of a driver.
-pub(crate) fn fitted_bits<K: ScanModel>(driver: &Driver<'_, K>) -> Vec<u32> {
+pub(crate) fn fitted_bits(driver: &AnyDriver) -> Vec<u32> {
     let fitted = driver.scan().fitted().unwrap();
     let residual = fitted.residual();
     let numbers = fitted.values().chain([residual.mean, residual.worst]);

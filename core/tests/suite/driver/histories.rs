@@ -667,7 +667,7 @@ impl World {
 
     /// Compares the result with a separate fit of the same readings.
     fn check_result(&self) {
-        let mut scan = new_scan::<Any>(self.recipe);
+        let mut scan = new_scan(self.recipe);
         for (index, reading) in readings_of(self.scan()) {
             scan.record(index, reading).unwrap();
         }

@@ -7,28 +7,19 @@ use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::Reading;
 use glimpse_core::recipe::Recipe;
 
+use super::SCAN_RECIPES;
 use crate::recipes::parsed;
 use crate::scanning::*;
 
 /// A synthetic recipe of each model, and the recipes of the examples, which have large step sizes.
 fn recipes() -> Vec<Recipe<'static>> {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/recipes");
-    let files = std::fs::read_dir(folder).unwrap();
-    let paths = files.map(|file| file.unwrap().path());
-    let learned = paths.filter(|path| path.extension().is_some_and(|ending| ending == "recipe"));
-    let mut recipes: Vec<_> = learned
-        .map(|path| parsed(std::fs::read(path).unwrap()))
-        .collect();
-    assert!(recipes.len() >= 4, "{folder}");
-    recipes.extend(MODELS.map(recipe_for));
-    recipes
+    let learned = SCAN_RECIPES.map(|bytes| parsed(bytes.to_vec()));
+    [learned, MODELS.map(recipe_for)].concat()
 }
 
 fn outcomes(reading: impl Fn(u16) -> Reading) -> Vec<Outcome> {
     let recipes = recipes().into_iter();
-    recipes
-        .map(|recipe| full_scan::<Any>(recipe, &reading))
-        .collect()
+    recipes.map(|recipe| full_scan(recipe, &reading)).collect()
 }
 
 /// Readings of a Lambertian material with a highlight, from 0.06 to 3 sr^-1.

@@ -3,7 +3,7 @@
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::Reading;
 
-use crate::scanning::{Any, SAMPLES, empty_scans, fit, full_scan, record, synthetic_reading};
+use crate::scanning::{SAMPLES, empty_scans, fit, full_scan, record, synthetic_reading};
 
 /// In version 0.1, calls without readings counted as steps of the fit. With 1 to 7 of 8 readings, the fit never ended.
 #[test]
@@ -20,7 +20,7 @@ fn fit_needs_all_readings() {
             }
             scan.record(first, synthetic_reading(first)).unwrap();
         }
-        let expected = full_scan::<Any>(recipe, synthetic_reading);
+        let expected = full_scan(recipe, synthetic_reading);
         assert_eq!(fit(&mut scan, &[u32::MAX]), expected);
     }
 }
@@ -40,14 +40,14 @@ fn reading_during_fit_discards_it() {
         assert!(scan.record(5, other(5)).unwrap().replaced);
         assert!(scan.fit_under_way().is_none());
         assert!(scan.fitted().is_none());
-        let expected = full_scan::<Any>(recipe, other);
+        let expected = full_scan(recipe, other);
         assert_eq!(fit(&mut scan, &[11]), expected);
 
         assert!(scan.record(5, Reading::new([-2.0; 3])).is_err());
         assert!(scan.fitted().is_some());
         scan.record(5, gray(5)).unwrap();
         assert!(scan.fitted().is_none());
-        let expected_gray = full_scan::<Any>(recipe, gray);
+        let expected_gray = full_scan(recipe, gray);
         assert_ne!(expected_gray, expected);
         assert_eq!(fit(&mut scan, &[3]), expected_gray);
         // A second fit starts from the beginning.

@@ -1,14 +1,12 @@
 //! Broken sensors: the fit has a result, but is implausible.
 
 use glimpse_core::error::ErrorCode;
-use glimpse_core::fit::AnyModel;
 use glimpse_core::geometry::Directions;
 use glimpse_core::gonio::Reading;
-use glimpse_core::scan::Scan;
 
 use super::SCAN_RECIPES;
 use crate::recipes::parsed;
-use crate::scanning::record;
+use crate::scanning::{fit, full_scan, new_scan, record};
 
 /// Readings of a matt material by a noisy sensor.
 fn matt(index: u16) -> [f32; 3] {
@@ -18,22 +16,9 @@ fn matt(index: u16) -> [f32; 3] {
 
 /// The reason why a fit of readings with a trained recipe is implausible, if it is.
 fn implausible_reason(recipe: &[u8], reading: impl Fn(u16) -> Reading) -> Option<ErrorCode> {
-    let recipe = parsed(recipe.to_vec());
-    let mut memory = vec![0.0; recipe.memory_words()];
-    let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
-    record(&mut scan, 0..recipe.samples() as u16, &reading);
-    let mut fit = scan.fit().unwrap();
-    while !fit.advance(64).is_complete() {}
-    let reason = match fit.finish() {
-        Ok(fitted) => fitted.residual().implausible,
-        Err(error) if error.is_implausible() => Some(error.code),
-        Err(error) => panic!("{error}"),
-    };
-    // The fit is available in both cases, and contains the same reason.
-    let fitted = scan.fitted().unwrap();
-    assert_eq!(fitted.residual().implausible, reason);
-    assert!(fitted.values().all(f32::is_finite));
-    reason
+    full_scan(parsed(recipe.to_vec()), reading)
+        .residual()
+        .implausible
 }
 
 /// [`matt`] with a channel that reads 0.
@@ -77,14 +62,10 @@ fn repeated_readings_are_counted_before_clamping() {
     let is_clamped = |directions: &Directions<f32>| directions.incoming[2] > 0.5 / 0.9;
     let clamped = recipe.directions().filter(|(_, at)| is_clamped(at)).count() as u16;
     assert!(clamped > 0);
-    let mut memory = vec![0.0; recipe.memory_words()];
-    let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
+    let mut scan = new_scan(recipe);
     record(&mut scan, 0..8, |_| Reading::monochrome(-0.9));
     for _ in 0..2 {
-        let mut fit = scan.fit().unwrap();
-        while !fit.advance(64).is_complete() {}
-        let _ = fit.finish();
-        let residual = scan.fitted().unwrap().residual();
+        let residual = fit(&mut scan, &[64]).residual();
         assert_eq!((residual.repeated, residual.clamped), (7, clamped));
     }
 }

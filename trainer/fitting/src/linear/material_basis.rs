@@ -103,34 +103,6 @@ mod tests {
     use glimpse_materials::Procedural;
 
     #[test]
-    fn node_angles_match_core_interpolation() {
-        let nodes = Nodes {
-            theta_h: 9,
-            theta_d: 8,
-            phi_d: 5,
-        };
-        for node in 0..9 * 8 * 5 {
-            let indices = [node / 40, node / 5 % 8, node % 5];
-            let angles = angles_at(nodes, indices).map(|angle| angle as f32);
-            let direction = HalfDifference::from_angles(angles);
-            // Skip light or sensor at the horizon, and nodes at which phi_d has no effect.
-            if node / 40 == 0
-                || node / 5 % 8 == 0
-                || direction.cos_theta_i().min(direction.cos_theta_o()) < 1e-4
-            {
-                continue;
-            }
-            let share: f32 = nodes
-                .corners(&direction)
-                .iter()
-                .filter(|corner| corner.node == node)
-                .map(|corner| corner.weight)
-                .sum();
-            assert!(share > 0.98, "{node}: {share}");
-        }
-    }
-
-    #[test]
     fn material_basis_reproduces_material() {
         for material in Procedural::set(5, 3) {
             let bytes = material_basis(&material, MATERIAL_NODES);

@@ -189,23 +189,4 @@ mod tests {
                 < 1e-12
         );
     }
-
-    #[test]
-    fn converts_rusinkiewicz_angles() {
-        let angles = Angles {
-            theta_h: 0.0,
-            theta_d: 0.6,
-            phi_d: 1.0,
-        };
-        let mirror = IsotropicAngles::from_angles(angles);
-        let expected = IsotropicAngles {
-            theta_i: 0.6,
-            theta_o: 0.6,
-            phi: PI,
-        };
-        assert!(mirror.distance(&expected).radians < 1e-12, "{mirror:?}");
-        let others = [expected, degrees(1.0, 1.0, 0.0)];
-        assert_eq!(mirror.nearest(&others).unwrap().0, 0);
-        assert!(mirror.nearest(&[]).is_none());
-    }
 }

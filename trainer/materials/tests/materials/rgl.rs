@@ -160,6 +160,13 @@ fn lookups_match_the_formula() {
     for angles in uniform_valid(20_000, 1) {
         let brdf = material.at_angles(angles);
         assert_eq!(brdf, two_phi_i.at_angles(angles));
+        let (values, _) = with_derivative(&*material, angles);
+        for (value, expected) in values.into_iter().zip(brdf) {
+            assert!(
+                (value - expected).abs() <= 1e-6 * expected,
+                "{value} {expected}"
+            );
+        }
         // The formula in f64, at the angles rounded to f32.
         let at = HalfDifference::from_angles(angles.map(f64::from));
         let directions = at.directions();

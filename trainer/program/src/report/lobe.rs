@@ -182,16 +182,6 @@ fn grid([low, high]: [i32; 2]) -> Markup {
 mod tests {
     use super::*;
 
-    fn solid_lobe(name: &str, curve: Vec<[f32; 2]>) -> Lobe {
-        Lobe {
-            name: name.into(),
-            theta_i: 0.5,
-            curve,
-            is_dashed: false,
-            deviations: Vec::new(),
-        }
-    }
-
     #[test]
     fn mirror_peaks_at_theta_i() {
         let mirror = |at: &HalfDifference<f32>| [at.hz.powi(5000); 3];
@@ -201,21 +191,5 @@ mod tests {
             assert!((peak[0].to_degrees() - degrees).abs() < 0.2, "{peak:?}");
             assert!((peak[1] - 1.0).abs() < 0.02);
         }
-    }
-
-    #[test]
-    fn radius_is_logarithmic_over_whole_decades() {
-        let curve = vec![[0.0, 0.02], [0.3, 3.0]];
-        assert_eq!(decades(&[solid_lobe("a", curve)]), [-2, 1]);
-        assert!((fraction(1.0, [-2, 1]) - 2.0 / 3.0).abs() < 1e-6);
-        assert_eq!(
-            [0.0, -1.0, f32::NAN, 1e9].map(|value| fraction(value, [-2, 1])),
-            [0.0, 0.0, 0.0, 1.0]
-        );
-        assert_eq!(
-            decades(&[solid_lobe("a", vec![[0.0, 1e-20], [0.1, 50.0]])]),
-            [-4, 2]
-        );
-        assert_eq!(decades(&[]), [-2, 0]);
     }
 }

@@ -1,6 +1,5 @@
 //! Tests of the trainer's commands, of readings from a lab, and of bundled recipes.
 
-mod bundled;
 mod command_line;
 mod common;
 mod measurement;

@@ -1,9 +1,8 @@
-//! Tests of training: tables of the model Linear, meta-gradients, nets and recipes.
+//! Tests of training: tables of the model Linear, meta-gradients and recipes.
 
 mod linear;
 mod meta_gradient;
 mod metadata;
-mod nets;
 mod options;
 mod scan_budget;
 mod support;

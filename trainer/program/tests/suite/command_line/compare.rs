@@ -26,13 +26,30 @@ fn compares_with_reference() {
     assert_eq!(folder.read_text("page/errors.csv").lines().count(), 3);
     let page = folder.read_text("page/index.html");
     assert_eq!(page.matches("<svg").count(), 2);
-    // Labels of fits with the same name contain their sources.
+    // Labels of fits with the same name contain their sources, and are escaped.
     for name in ["a", "b"] {
         fs::create_dir(folder.at(name)).expect("the folder is created");
-        folder.succeed(&format!("convert procedural:1:3 {name}/gold.binary"));
+        folder.succeed(&format!("convert procedural:1:3 '{name}/<gold>.binary'"));
     }
-    let printed = folder.succeed("compare procedural:1:3 a/gold.binary b/gold.binary");
-    assert_names(&printed, &["a/gold.binary", "b/gold.binary"]);
+    let gold = ["a/<gold>.binary", "b/<gold>.binary"];
+    let compare = format!("compare procedural:1:3 '{}' '{}'", gold[0], gold[1]);
+    let printed = folder.succeed(&format!("{compare} --out gold"));
+    assert_names(&printed, &gold);
+    let page = folder.read_text("gold/index.html");
+    for other in ["<gold>", "href=\"http", "@import"] {
+        assert!(!page.contains(other), "{other}");
+    }
+    let pictures: Vec<&str> = page.split("src=\"").skip(1).collect();
+    assert!(pictures.len() >= 5, "{page}");
+    for picture in pictures {
+        let (file, _) = picture.split_once('"').expect("a path");
+        assert!(folder.exists(&format!("gold/{file}")), "{file}");
+    }
+    // Without its pictures, a page is not written.
+    fs::create_dir(folder.at("full")).expect("the folder is created");
+    folder.write("full/pictures", "a file instead of a folder");
+    folder.fail("compare procedural:1:3 procedural:1:8 --out full");
+    assert!(!folder.exists("full/index.html"));
     folder.fail_naming(
         "compare procedural:2:3 procedural:1:3",
         &["procedural:2:3", "2"],

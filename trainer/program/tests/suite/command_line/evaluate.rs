@@ -180,13 +180,3 @@ fn expected_loss_names_its_materials() {
     }
     assert_eq!(report["promise"]["standard_error"], Value::Null);
 }
-
-#[test]
-fn rejects_more_readings_than_samples() {
-    let folder = Folder::new();
-    folder.succeed("recipes get neural-n16-masked");
-    let evaluate = "evaluate --recipe neural-n16-masked.recipe --test procedural:1:3";
-    folder.fail_naming(&format!("{evaluate} --first 17"), &["17", "16"]);
-    let all = folder.succeed(&format!("{evaluate} --first 16"));
-    assert_eq!(all, folder.succeed(evaluate));
-}

@@ -1,30 +1,21 @@
-//! Options without effect are errors, and errors for numbers out of range state the range.
+//! Options without effect are errors, and errors for numbers out of range state the range. `option_pairs.rs` tests other
+//! commands.
 
 use super::Folder;
 use crate::common::assert_names;
 
 #[test]
-fn rejects_options_without_effect() {
+fn rejects_options_without_effect_and_numbers_out_of_range() {
     let folder = Folder::new();
-    // `option_pairs.rs` tests the other commands.
     folder.fail_each(
-        "reproduce bases --out paper",
+        "",
         &[
-            "--additional procedural:1 => --additional",
-            "--most-samples 8 => --most-samples",
+            "reproduce bases --out paper --additional procedural:1 => --additional",
+            "reproduce bases --out paper --most-samples 8 => --most-samples",
+            "reproduce curves --seeds 0 => --seeds 0 1",
+            "bench --model linear => linear",
         ],
     );
-    folder.fail_naming("bench --model linear", &["linear"]);
-    assert_is_empty(&folder);
-}
-
-fn assert_is_empty(folder: &Folder) {
-    assert!(folder.names("").is_empty(), "a file was written");
-}
-
-#[test]
-fn errors_state_number_ranges() {
-    let folder = Folder::new();
     for (command, option) in [
         ("train --model phong --out r.recipe", "-n"),
         ("reproduce curves", "--most-samples"),
@@ -40,6 +31,5 @@ fn errors_state_number_ranges() {
         let bench = format!("bench --threads {number}");
         folder.fail_naming(&bench, &["--threads", number, "1"]);
     }
-    folder.fail_naming("reproduce curves --seeds 0", &["--seeds", "0", "1"]);
-    assert_is_empty(&folder);
+    assert!(folder.names("").is_empty(), "a file was written");
 }

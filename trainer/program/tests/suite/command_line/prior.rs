@@ -106,6 +106,7 @@ fn evaluates_with_missing_and_noisy_readings() {
         &[
             "phong-n8.recipe --first 4 => --missing",
             "phong-n8.recipe --lose 1 => --missing",
+            "neural-n16.recipe --first 17 => 17 16",
             "neural-n16.recipe --first 2 --lose 2 => --first --lose 2",
         ],
     );
@@ -114,7 +115,8 @@ fn evaluates_with_missing_and_noisy_readings() {
         let report = folder.succeed_as_json(&format!("{evaluate} {options}"));
         number(&report["loss"])
     };
-    let [all, eight, one] = ["", "--first 8", "--first 1"].map(loss);
+    let [all, sixteen, eight, one] = ["", "--first 16", "--first 8", "--first 1"].map(loss);
+    assert_eq!(all, sixteen);
     println!("16 readings {all:.4}, 8 {eight:.4}, 1 {one:.4}");
     assert!(all < eight && eight < one && one < 0.1);
     let [coarse, fine] = ["--levels 20", "--levels 100000"].map(loss);

@@ -1,5 +1,7 @@
 //! `trainer quickstart`
 
+use std::collections::HashSet;
+
 use glimpse_fitting::bundled;
 
 use super::Folder;
@@ -19,24 +21,8 @@ fn writes_page_and_recipe() {
     // For each of eight materials two pictures of itself, six of recipes, and three of methods.
     let names = folder.names("q/pictures");
     assert_eq!(names.len(), 8 * (2 + 6 + 3), "{names:?}");
-    // The mean of all bytes, 0 to 255, of pictures whose names end with a label.
-    let brightness = |label: &str| {
-        let of_label = names.iter().filter(|name| name.ends_with(label));
-        let bytes = of_label.flat_map(|name| {
-            let pixels = pixels_of_png(&folder.at("q/pictures").join(name)).pixels;
-            pixels.into_flattened()
-        });
-        let bytes: Vec<f64> = bytes.map(f64::from).collect();
-        bytes.iter().sum::<f64>() / bytes.len() as f64
-    };
-    let reference = brightness("-reference.png");
-    for method in [
-        "-neural-n8.png",
-        "-the-paper-s.png",
-        "-meta.png",
-        "-glimpse.png",
-    ] {
-        let fit = brightness(method);
-        assert!(fit > 0.5 * reference, "{method}: {fit} of {reference}");
-    }
+    // A material itself is shown twice, and a recipe may be that of a method. No other pictures are equal, such as black ones.
+    let picture = |name: &String| pixels_of_png(&folder.at("q/pictures").join(name)).pixels;
+    let pictures: HashSet<_> = names.iter().map(picture).collect();
+    assert!(pictures.len() >= 8 * (1 + 6 + 2), "{}", pictures.len());
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use glimpse_evaluation::render::Picture;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::Folder;
 use super::shared::PHONG;
@@ -23,23 +23,24 @@ pub(super) fn pixels_of_png(path: &Path) -> Picture {
     }
 }
 
-/// Width and height of a PNG file.
-fn size_of_png(path: &Path) -> [usize; 2] {
-    let picture = pixels_of_png(path);
-    [picture.width, picture.height]
-}
-
 #[test]
 fn renders_grid() {
     let folder = Folder::new();
     let sphere = "render sphere procedural:3:5 --size 24 --columns 2";
-
-    let printed = folder.succeed(&format!("{sphere} --out all.png"));
-    let last = printed.lines().last().expect("a line");
-    let place: Vec<&str> = last.split('|').map(str::trim).take(3).collect();
-    assert_eq!(place, ["", "2", "1"], "{printed}");
-    let size = size_of_png(&folder.at("all.png"));
-    assert_eq!(size, [2 * 24 + 4, 2 * 24 + 4]);
+    let report = folder.succeed_as_json(&format!("{sphere} --out all.png"));
+    let picture = pixels_of_png(&folder.at("all.png"));
+    assert_eq!([picture.width, picture.height], [2 * 24 + 4; 2]);
+    let file = json!({ "path": "all.png", "bytes": folder.read("all.png").len() });
+    for (field, expected) in [
+        ("/file", file),
+        ("/width", json!(52)),
+        ("/height", json!(52)),
+        ("/sphere_pixels", json!(24)),
+        ("/spheres/2/row", json!(2)),
+        ("/spheres/2/column", json!(1)),
+    ] {
+        assert_eq!(report.pointer(field), Some(&expected), "{field}");
+    }
 
     folder.succeed(&format!("{sphere} --out all.npy"));
     let array = folder.read("all.npy");
@@ -78,26 +79,4 @@ fn rejects_invalid_arguments() {
         ],
     );
     assert_eq!(folder.names("").len(), 2, "a file was written");
-}
-
-#[test]
-fn reports_json() {
-    let folder = Folder::new();
-    let run = |command: &str, out: &str| -> Value {
-        let report = folder.succeed_as_json(&format!("render {command} --out {out}"));
-        let bytes = folder.read(out).len();
-        assert_eq!(report["file"], json!({ "path": out, "bytes": bytes }));
-        report
-    };
-    let report = run("sphere procedural:3:5 --size 24 --columns 2", "s.png");
-    let [width, height] = size_of_png(&folder.at("s.png"));
-    for (field, expected) in [
-        ("/width", json!(width)),
-        ("/height", json!(height)),
-        ("/sphere_pixels", json!(24)),
-        ("/spheres/2/row", json!(2)),
-        ("/spheres/2/column", json!(1)),
-    ] {
-        assert_eq!(report.pointer(field), Some(&expected), "{field}");
-    }
 }

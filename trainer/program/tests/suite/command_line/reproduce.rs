@@ -103,18 +103,13 @@ fn rejects_changed_material_of_the_same_name() {
 }
 
 #[test]
-fn rejects_folder_of_other_settings() {
-    let folder = Folder::new();
-    fs::create_dir_all(folder.at("paper")).expect("the folder is created");
-    folder.write("paper/settings.json", "another seed");
-    folder.fail_naming(BASES, &["paper", "--out", "settings.json"]);
-}
-
-#[test]
-fn rejects_overlapping_and_missing_materials() {
+fn rejects_folder_of_other_settings_and_overlapping_or_missing_materials() {
     let folder = Folder::new();
     let same = BASES.replace("procedural:1:1", "procedural:3");
     folder.fail_naming(&same, &["--data", "--test"]);
     let additional = BASES.replace("bases", "additional");
     folder.fail_naming(&additional, &["--additional"]);
+    fs::create_dir_all(folder.at("paper")).expect("the folder is created");
+    folder.write("paper/settings.json", "another seed");
+    folder.fail_naming(BASES, &["paper", "--out", "settings.json"]);
 }

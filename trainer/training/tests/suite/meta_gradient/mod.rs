@@ -1,7 +1,6 @@
 //! Tests of the meta-gradient: against forward mode, on lanes, on different numbers of threads, with respect to a pattern's
 //! logits, and over a batch.
 
-mod determinism;
 mod extremes;
 mod forward;
 mod lanes;

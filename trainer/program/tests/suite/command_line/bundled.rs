@@ -1,30 +1,18 @@
 //! A recipe that is trained as in `recipes/train.sh` has the loss of the bundled one.
 
-use std::path::Path;
-use std::process::Command;
-
 use glimpse_fitting::bundled;
 use glimpse_fitting::recipe::{Metadata, RecipeFile};
 
-fn trainer(directory: &Path, arguments: &str) {
-    let status = Command::new(env!("CARGO_BIN_EXE_trainer"))
-        .args(arguments.split(' '))
-        .current_dir(directory)
-        .status()
-        .expect("the trainer starts");
-    assert!(status.success(), "trainer {arguments}");
-}
+use super::Folder;
 
 #[test]
 fn retrained_recipe_has_loss_of_bundled_one() {
-    let scratch = tempfile::tempdir().expect("a temporary directory");
-    let directory = scratch.path();
-    trainer(
-        directory,
+    let folder = Folder::new();
+    folder.succeed(
         "train --model phong --samples 1 --effort standard --data procedural:400 --noise 0.02 \
          --min-separation 10 --max-theta-i 80 --max-theta-o 80 --out retrained.recipe",
     );
-    let retrained = RecipeFile::read(&directory.join("retrained.recipe")).expect("a valid recipe");
+    let retrained = RecipeFile::read(&folder.at("retrained.recipe")).expect("a valid recipe");
     let bundled = bundled::find("phong-n1").expect("a bundled recipe");
     let bundled = RecipeFile::new(bundled.bytes.to_vec()).expect("a valid recipe");
     let [retrained_fit, bundled_fit] =
