@@ -13,5 +13,5 @@ pub fn unseen_material(index: usize) -> Procedural {
 /// Returns a virtual scanner without noise.
 #[must_use]
 pub fn noiseless_scanner(material: &dyn Material) -> VirtualScanner<'_> {
-    VirtualScanner::new(material, Noise::default(), 0)
+    VirtualScanner::new(Some(material), Noise::default(), 0)
 }

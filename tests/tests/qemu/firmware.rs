@@ -20,7 +20,7 @@ fn consecutive_scans_agree_with_host_and_evaluate() {
             multiplicative: deviation,
             ..Noise::default()
         };
-        let report = VirtualScanner::new(&material, noise, 1)
+        let report = VirtualScanner::new(Some(&material), noise, 1)
             .serve(&mut emulator.serial)
             .unwrap();
         assert_matches_host(&report, RECIPE);

@@ -1,9 +1,9 @@
 //! Bundled recipes. They are trained on the built-in procedural materials and on 17 materials that RGL published in the
 //! public domain (CC0), so they can be redistributed. `trainer/recipes/README.md` describes their training.
 
-use glimpse_core::error::Error;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
+use serde::{Deserialize, Serialize};
 
 /// The compact basis of all bundled recipes of the model Linear.
 pub static BASIS: &[u8] = include_bytes!("../../recipes/linear.basis24");
@@ -27,7 +27,7 @@ pub struct BundledRecipe {
 }
 
 /// The accuracy of a bundled recipe on unseen materials.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Losses {
     /// The mean loss on 40 procedural materials.
     pub procedural: f64,
@@ -87,26 +87,21 @@ pub fn find(name: &str) -> Option<&'static BundledRecipe> {
 /// Returns the bundled recipe with this checksum; None if no recipe has it.
 #[must_use]
 pub fn find_by_checksum(checksum: u32) -> Option<&'static BundledRecipe> {
-    ALL.iter().find(|bundled| {
-        bundled
-            .recipe()
-            .is_ok_and(|recipe| recipe.checksum() == checksum)
-    })
+    let mut all = ALL.iter();
+    all.find(|bundled| bundled.recipe().checksum() == checksum)
 }
 
 impl BundledRecipe {
     /// Parses the recipe.
-    ///
-    /// # Errors
-    /// Never in practice: a test parses all bundled recipes.
-    pub fn recipe(&self) -> Result<Recipe<'static>, Error> {
-        Recipe::parse(self.bytes)
+    #[must_use]
+    pub fn recipe(&self) -> Recipe<'static> {
+        Recipe::parse(self.bytes).expect("a test parses all bundled recipes")
     }
 
     /// Returns the compact basis of the recipe; None if it does not need one.
     #[must_use]
     pub fn basis(&self) -> Option<&'static [u8]> {
-        let recipe = self.recipe().ok()?;
+        let recipe = self.recipe();
         match (recipe.samples(), recipe.model()) {
             (0, _) => Some(ANY_BASIS),
             (_, ModelKind::Linear) => Some(BASIS),
@@ -117,17 +112,11 @@ impl BundledRecipe {
     /// Returns the losses of the recipe; None if they were not measured.
     #[must_use]
     pub fn losses(&self) -> Option<Losses> {
-        LOSSES.lines().find_map(|line| {
-            let mut cells = line.split(',');
-            (cells.next() == Some(self.name)).then_some(())?;
-            let mut loss = || cells.next()?.parse().ok();
-            Some(Losses {
-                procedural: loss()?,
-                merl: loss()?,
-                merl_color: loss()?,
-                rgl: loss(),
-            })
-        })
+        let mut rows = csv::ReaderBuilder::new();
+        let rows = rows.has_headers(false).from_reader(LOSSES.as_bytes());
+        let mut rows = rows.into_deserialize::<(String, Losses)>().flatten();
+        let row = rows.find(|(name, _)| name == self.name);
+        row.map(|(_, losses)| losses)
     }
 
     /// Returns the cycles of a fit on a Cortex-M4F; None if the firmware tests do not measure them.
@@ -155,7 +144,7 @@ mod tests {
             basis.whole_checksum()
         };
         for bundled in ALL {
-            let recipe = bundled.recipe().expect("the recipe is valid");
+            let recipe = bundled.recipe();
             let metadata = Metadata::of(&recipe).expect("the metadata are valid");
             let is_any = recipe.samples() == 0;
             let suffix = match (metadata.scan_seconds(), recipe.tolerates_missing()) {
@@ -186,7 +175,7 @@ mod tests {
 
     #[test]
     fn paper_recipe_uses_descent_without_coefficient_net() {
-        let recipe = PAPER.recipe().expect("the recipe is valid");
+        let recipe = PAPER.recipe();
         assert_eq!((recipe.model(), recipe.samples()), (ModelKind::Neural, 8));
         assert!(matches!(recipe.estimator(), Estimator::Sgd(_)));
         let metadata = Metadata::of(&recipe).expect("the metadata are valid");

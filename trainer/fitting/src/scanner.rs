@@ -3,7 +3,7 @@
 //!
 //! It implements the host's side of [`glimpse_core::link`] on any byte stream.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Read, Write};
 use std::path::Path;
 
@@ -121,22 +121,17 @@ pub fn angles_of(directions: &Directions<f32>) -> Option<Angles<f32>> {
 struct ScanState {
     model: ModelKind,
     recipe: u32,
-    /// The readings of this scan, by sample index.
+    /// The readings by sample index, also those of the same recipe before the device's latest hello. The device may have
+    /// saved them across a reset.
     readings: BTreeMap<u16, ScanReading>,
-    /// The readings of the same recipe before the device's latest hello. The device may have saved them across a reset.
-    previous: BTreeMap<u16, ScanReading>,
+    /// The samples of this scan.
+    samples: BTreeSet<u16>,
     values: Vec<f32>,
     /// The total number of values, as stated by the device.
     total: u16,
 }
 
 impl ScanState {
-    /// Returns all readings, of this scan and of previous ones.
-    fn into_all_readings(mut self) -> BTreeMap<u16, ScanReading> {
-        self.previous.append(&mut self.readings);
-        self.previous
-    }
-
     /// Receives some of the values. Repeated values replace earlier ones.
     fn receive(&mut self, offset: u16, total: u16, values: &[f32]) -> Reply {
         let begin = usize::from(offset);
@@ -154,24 +149,15 @@ impl ScanState {
         Reply::Accepted
     }
 
-    /// Returns true if all values have been received.
-    fn is_complete(&self) -> bool {
-        self.total > 0 && self.values.len() == usize::from(self.total)
-    }
-
     /// Accepts a reading that the device saved, if it equals the reading that the device received.
     fn accept_restored(&mut self, index: u16, reading: Reading) -> Reply {
-        let bits = |reading: Reading| reading.brdf.map(f32::to_bits);
-        match self.previous.get(&index) {
-            Some(previous)
-                if bits(previous.reading) == bits(reading)
-                    && previous.reading.saturated == reading.saturated =>
-            {
-                self.readings.insert(index, *previous);
-                Reply::Accepted
-            }
-            _ => Reply::Refused(ErrorCode::RefusedRestored),
+        let bits = |reading: Reading| (reading.brdf.map(f32::to_bits), reading.saturated);
+        let received = self.readings.get(&index);
+        if received.is_none_or(|received| bits(received.reading) != bits(reading)) {
+            return Reply::Refused(ErrorCode::RefusedRestored);
         }
+        self.samples.insert(index);
+        Reply::Accepted
     }
 }
 
@@ -188,24 +174,14 @@ pub struct VirtualScanner<'a> {
 }
 
 impl<'a> VirtualScanner<'a> {
-    /// Creates a scanner that measures `material`, with noise that depends on a seed.
+    /// Creates a scanner that measures `material` with noise that depends on a seed, or without a material a host of devices
+    /// that measure themselves.
     #[must_use]
-    pub fn new(material: &'a dyn Material, noise: Noise, seed: u64) -> Self {
+    pub fn new(material: Option<&'a dyn Material>, noise: Noise, seed: u64) -> Self {
         Self {
-            material: Some(material),
+            material,
             noise,
             seed,
-            ..Self::listener()
-        }
-    }
-
-    /// Creates a host of devices that measure themselves.
-    #[must_use]
-    pub fn listener() -> Self {
-        Self {
-            material: None,
-            noise: Noise::default(),
-            seed: 0,
             end: HostEnd::default(),
             scan: None,
             scan_count: 0,
@@ -230,31 +206,28 @@ impl<'a> VirtualScanner<'a> {
     /// If the device aborts the scan, speaks another protocol version or closes the connection, or the stream fails.
     pub fn serve(&mut self, stream: &mut (impl Read + Write)) -> Result<ScanReport, ScannerError> {
         let mut frame = [0; FRAME_BYTES];
-        let mut bytes = [0; 512];
+        let mut byte = [0];
         loop {
-            let count = match stream.read(&mut bytes) {
-                Ok(0) => return Err(ScannerError::Closed),
-                Ok(count) => count,
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-                Err(error) => return Err(error.into()),
-            };
-            // Bytes after a request can only repeat the same request.
-            for byte in &bytes[..count] {
-                let mut outcome = None;
-                let mut end = std::mem::take(&mut self.end);
-                let reply = end.answer(*byte, &mut frame, |request| {
-                    let reply;
-                    (reply, outcome) = self.handle_request(request);
-                    Some(reply)
-                });
-                self.end = end;
-                if let Some(reply) = reply {
-                    stream.write_all(reply)?;
-                    stream.flush()?;
-                }
-                if let Some(outcome) = outcome {
-                    return outcome;
-                }
+            stream
+                .read_exact(&mut byte)
+                .map_err(|error| match error.kind() {
+                    io::ErrorKind::UnexpectedEof => ScannerError::Closed,
+                    _ => error.into(),
+                })?;
+            let mut outcome = None;
+            let mut end = std::mem::take(&mut self.end);
+            let reply = end.answer(byte[0], &mut frame, |request| {
+                let reply;
+                (reply, outcome) = self.handle_request(request);
+                Some(reply)
+            });
+            self.end = end;
+            if let Some(reply) = reply {
+                stream.write_all(reply)?;
+                stream.flush()?;
+            }
+            if let Some(outcome) = outcome {
+                return outcome;
             }
         }
     }
@@ -275,10 +248,8 @@ impl<'a> VirtualScanner<'a> {
                 *scan = Some(ScanState {
                     model,
                     recipe,
-                    readings: BTreeMap::new(),
-                    previous: previous
-                        .map(ScanState::into_all_readings)
-                        .unwrap_or_default(),
+                    readings: previous.map_or_else(BTreeMap::new, |scan| scan.readings),
+                    samples: BTreeSet::new(),
                     values: Vec::new(),
                     total: 0,
                 });
@@ -310,11 +281,12 @@ impl<'a> VirtualScanner<'a> {
                 Some(scan),
             ) => scan.receive(offset, total, &values),
             (Request::Finished(residual), Some(scan)) => {
-                if scan.is_complete() {
+                if scan.total > 0 && scan.values.len() == usize::from(scan.total) {
+                    let samples = scan.samples.iter();
                     let report = ScanReport {
                         model: scan.model,
                         recipe: scan.recipe,
-                        readings: scan.readings.values().copied().collect(),
+                        readings: samples.map(|index| scan.readings[index]).collect(),
                         values: std::mem::take(&mut scan.values),
                         residual,
                     };
@@ -346,6 +318,7 @@ impl<'a> VirtualScanner<'a> {
         };
         if let Some(scan) = &mut self.scan {
             scan.readings.insert(index, scan_reading);
+            scan.samples.insert(index);
         }
         Reply::Measured { index, reading }
     }

@@ -10,8 +10,8 @@ use glimpse_fitting::measurement::{
 
 use crate::support::{ANGLES, Folder, accepted};
 
-/// Largest accepted distance between the directions of a row and of a sample, in radians.
-const TOLERANCE: f64 = 0.5_f64.to_radians();
+/// Largest accepted distance between the directions of a row and of a sample, in degrees.
+const TOLERANCE: f64 = 0.5;
 
 /// A recipe for any directions, and one with a pattern.
 static RECIPES: LazyLock<[NamedRecipe; 2]> = LazyLock::new(|| {
@@ -39,8 +39,8 @@ pub(crate) fn check_readings(bytes: &[u8]) {
     let whites = [None, Some(Footprint::LightLarger)];
     let counts = whites.map(|footprint| {
         ReadingQuantity::Counts(CountCalibration {
-            dark: [0.0; 3],
-            reflectance: [0.9; 3],
+            dark: None,
+            reflectance: Some([0.9; 3]),
             saturation: Some(1e6),
             white: rows.clone(),
             footprint,
@@ -62,11 +62,11 @@ fn check_samples(readings: &Readings) {
     assert_eq!(samples.len(), readings.recipe.file.recipe().samples());
     let counts = samples.iter().map(|sample| sample.brdf.count as usize);
     let count = counts.sum::<usize>();
-    assert!(count == readings.rows.readings().len() && count > 0);
+    assert!(count == readings.rows.readings.len() && count > 0);
     let means = samples.iter().filter_map(|sample| sample.brdf.mean());
     assert!(means.flatten().all(f32::is_finite), "{readings:?}");
     let bands = samples.iter().flat_map(|sample| &sample.bands);
     assert!(bands.copied().all(f32::is_finite), "{readings:?}");
-    let distance = readings.max_distance.map(|distance| distance.radians);
+    let distance = readings.max_distance.map(|distance| distance.degrees);
     assert!(distance.is_none_or(|distance| distance <= TOLERANCE));
 }

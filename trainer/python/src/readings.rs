@@ -190,13 +190,13 @@ impl<'py> ReadingArgs<'py> {
         };
         let meaning = "a finite number of counts";
         let saturation = self.take_numbers("saturation", &[], meaning, f32::is_finite)?;
-        Ok(ReadingQuantity::Counts(CountCalibration::new(
-            Rows::from_array("white", Vec::new(), white),
-            footprint.map(Into::into),
-            self.take_channels("dark")?,
-            self.take_channels("white_reflectance")?,
-            saturation.first().copied(),
-        )))
+        Ok(ReadingQuantity::Counts(CountCalibration {
+            dark: self.take_channels("dark")?,
+            reflectance: self.take_channels("white_reflectance")?,
+            saturation: saturation.first().copied(),
+            white: Rows::from_array("white", Vec::new(), white),
+            footprint: footprint.map(Into::into),
+        }))
     }
 }
 
@@ -230,7 +230,7 @@ fn lab_readings(
         }
         let pair = at.as_ref().map(|at| at.pairs[index]);
         Ok(LabReading {
-            line: index as u64,
+            line: index,
             index: pair.is_none().then_some(index),
             angles: pair.map(|[incoming, outgoing]| rusinkiewicz(incoming, outgoing)),
             numbers,

@@ -8,7 +8,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_fitting::linear::Posterior;
 use glimpse_fitting::measurement::{NamedRecipe, Readings};
 use glimpse_fitting::recipe::RecipeFile;
-use glimpse_fitting::route::{PlanArgs, arms_in_degrees};
+use glimpse_fitting::route::{PlanArgs, SpeedArgs, arms_in_degrees};
 use glimpse_materials::basis::Basis;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
@@ -286,7 +286,7 @@ impl PyRecipe {
         }
         Ok(PyProposals {
             proposals,
-            has_seconds: machine.speeds.is_given(),
+            has_seconds: machine.speeds != SpeedArgs::default(),
             so_far: posterior.expected_loss().loss,
         })
     }

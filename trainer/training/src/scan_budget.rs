@@ -6,7 +6,7 @@
 
 use glimpse_core::geometry::Angles;
 use glimpse_fitting::recipe::options::TrainingOptions;
-use glimpse_fitting::route::{Machine, Order, Route, Stop, arms_at, arms_in_degrees, move_seconds};
+use glimpse_fitting::route::{Machine, Order, Route, arms_at, arms_in_degrees, move_seconds};
 use glimpse_kernels::Dual;
 use glimpse_materials::setting::Name;
 
@@ -193,11 +193,7 @@ impl Motion {
     #[must_use]
     pub fn faster_order(&self, logits: &[f32], thorough: bool) -> Option<Vec<usize>> {
         let angles = self.reach().reachable_angles(logits);
-        let stop = |(index, angles): (usize, &Angles<f32>)| Stop {
-            index,
-            arms: arms_in_degrees(*angles),
-        };
-        let stops: Vec<Stop> = angles.iter().enumerate().map(stop).collect();
+        let stops: Vec<_> = angles.iter().copied().map(arms_in_degrees).collect();
         let route = if thorough {
             Route::new(&self.machine, &stops, Order::Travel, 0)
         } else {

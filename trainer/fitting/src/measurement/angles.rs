@@ -47,33 +47,34 @@ impl AngleArgs {
     }
 
     /// Converts a polar angle to radians from the normal. The error describes the angle.
-    fn polar(&self, name: &str, angle: f64, max_degrees: f64) -> Result<f64, String> {
-        let radians = self.signed_polar(name, angle)?;
-        if radians < 0.0 && !self.has(AngleConvention::Signed) {
-            return Err(format!(
-                "column {name}: {angle} is below 0; give --convention signed if a negative polar angle is at the opposite \
-                 azimuth"
-            ));
-        }
-        if radians.to_degrees() <= max_degrees {
-            Ok(radians)
-        } else {
-            Err(self.out_of_range(name, angle, max_degrees))
-        }
-    }
-
-    /// Converts a polar angle of either sign to radians from the normal. The error describes the angle.
-    fn signed_polar(&self, name: &str, angle: f64) -> Result<f64, String> {
+    fn polar(
+        &self,
+        name: &str,
+        angle: f64,
+        max_degrees: f64,
+        may_be_negative: bool,
+    ) -> Result<f64, String> {
         let radians = if self.has(AngleConvention::Elevation) {
             FRAC_PI_2 - self.azimuth(angle)
         } else {
             self.azimuth(angle)
         };
-        if radians.abs() <= PI {
-            Ok(radians)
-        } else {
-            Err(self.out_of_range(name, angle, 180.0))
+        if radians < 0.0 && !may_be_negative {
+            return Err(format!(
+                "column {name}: {angle} is below 0; give --convention signed if a negative polar angle is at the opposite \
+                 azimuth"
+            ));
         }
+        if radians.abs().to_degrees() <= max_degrees {
+            return Ok(radians);
+        }
+        let unit = match self.unit {
+            Some(AngleUnit::Radians) => "radians",
+            _ => "degrees",
+        };
+        Err(format!(
+            "column {name}: {angle} {unit} is out of range; give an angle of 0 to {max_degrees} degrees"
+        ))
     }
 
     /// Converts an azimuth to radians.
@@ -82,25 +83,6 @@ impl AngleArgs {
             Some(AngleUnit::Radians) => angle,
             _ => angle.to_radians(),
         }
-    }
-
-    /// Returns the azimuth that is added to the sensor's.
-    fn sensor_azimuth(&self) -> f64 {
-        if self.has(AngleConvention::FromMirror) {
-            PI
-        } else {
-            0.0
-        }
-    }
-
-    fn out_of_range(&self, name: &str, angle: f64, max_degrees: f64) -> String {
-        let unit = match self.unit {
-            Some(AngleUnit::Radians) => "radians",
-            _ => "degrees",
-        };
-        format!(
-            "column {name}: {angle} {unit} is out of range; give an angle of 0 to {max_degrees} degrees"
-        )
     }
 }
 
@@ -139,23 +121,17 @@ impl AngleTable {
         };
         let mut columns = angles.names().to_vec();
         columns.extend(table.has(&[INDEX]).then_some(INDEX));
-        let all = angles.parse_all(&table, args)?;
-        let row = |(row, angles): (&Row, Option<Angles<f64>>)| {
-            let Some(angles) = angles else {
-                return Err(table.line_error(row.line, "the angles are empty; give all of them"));
-            };
+        let mut rows = Vec::new();
+        for (row, angles) in table.rows.iter().zip(angles.parse_all(&table, args)?) {
+            let angles = angles.ok_or_else(|| {
+                table.line_error(row.line, "the angles are empty; give all of them")
+            })?;
             let cells = columns.iter().map(|column| table.cell(row, column));
-            Ok(AngleRow {
+            rows.push(AngleRow {
                 cells: cells.map(str::to_owned).collect(),
                 angles: above_horizon(angles),
-            })
-        };
-        let rows = table
-            .rows()
-            .iter()
-            .zip(all)
-            .map(row)
-            .collect::<Result<_, _>>()?;
+            });
+        }
         Ok(Self { columns, rows })
     }
 }
@@ -196,7 +172,7 @@ impl AngleColumns {
         let sets = Self::ALL.map(|columns| columns.names().join(", "));
         Err(table.file_error(format!(
             "line {} names the angles {}; name all columns of one set, and of no other: {}",
-            table.header_line,
+            table.layout.line,
             present.join(", "),
             sets.join("; ")
         )))
@@ -221,7 +197,7 @@ impl AngleColumns {
         args: &AngleArgs,
     ) -> Result<Vec<Option<Angles<f64>>>, TableError> {
         let has_azimuths = matches!(self, Self::Directions | Self::Relative);
-        if !has_azimuths && args.sensor_azimuth() != 0.0 {
+        if !has_azimuths && args.has(AngleConvention::FromMirror) {
             let message =
                 "--convention from-mirror has no effect without the sensor's azimuth; remove it";
             return Err(table.file_error(message.to_owned()));
@@ -235,18 +211,16 @@ impl AngleColumns {
             unit: stated.or(args.unit),
             ..args.clone()
         };
-        let rows = table.rows().iter().map(|row| self.parse(table, row, args));
+        let rows = table.rows.iter().map(|row| self.parse(table, row, args));
         let rows: Vec<Option<Angles<f64>>> = rows.collect::<Result<_, _>>()?;
         let largest = |select: fn(&str) -> bool| {
             let names = self.names().iter().filter(|name| select(name));
-            let cells = names.flat_map(|name| table.rows().iter().map(|row| table.cell(row, name)));
+            let cells = names.flat_map(|name| table.rows.iter().map(|row| table.cell(row, name)));
             let angles = cells.filter_map(|cell| cell.parse::<f64>().ok());
             angles.fold(0.0, |max: f64, angle| max.max(angle.abs()))
         };
-        let (theta, phi) = (
-            largest(|name| name.starts_with("theta")),
-            largest(|name| name.starts_with("phi")),
-        );
+        let theta = largest(|name| name.starts_with("theta"));
+        let phi = largest(|name| name.starts_with("phi"));
         let may_be_radians = theta <= FRAC_PI_2 && phi <= TAU && theta + phi > 0.0;
         if args.unit.is_none() && may_be_radians {
             return Err(table.file_error(format!(
@@ -263,11 +237,8 @@ impl AngleColumns {
         row: &Row,
         args: &AngleArgs,
     ) -> Result<Option<Angles<f64>>, TableError> {
-        if self
-            .names()
-            .iter()
-            .all(|name| table.cell(row, name).is_empty())
-        {
+        let mut cells = self.names().iter().map(|name| table.cell(row, name));
+        if cells.all(str::is_empty) {
             return Ok(None);
         }
         let error = |message: String| table.line_error(row.line, &message);
@@ -281,10 +252,15 @@ impl AngleColumns {
                 ))
             })
         };
-        let polar = |name, max| args.polar(name, angle(name)?, max).map_err(error);
-        let in_plane = |name| args.signed_polar(name, angle(name)?).map_err(error);
+        let may_be_negative = self == Self::InPlane || args.has(AngleConvention::Signed);
+        let polar = |name, max_degrees| {
+            let angle = angle(name)?;
+            args.polar(name, angle, max_degrees, may_be_negative)
+                .map_err(error)
+        };
+        let theta = |name| polar(name, 180.0);
         let azimuth = |name| Ok(args.azimuth(angle(name)?));
-        let directions = match self {
+        let mut directions = match self {
             Self::HalfDifference => {
                 return Ok(Some(Angles {
                     theta_h: polar("theta_h", 90.0)?,
@@ -293,22 +269,18 @@ impl AngleColumns {
                 }));
             }
             Self::Directions => [
-                polar("theta_i", 180.0)?,
+                theta("theta_i")?,
                 azimuth("phi_i")?,
-                polar("theta_o", 180.0)?,
+                theta("theta_o")?,
                 azimuth("phi_o")?,
             ],
-            Self::Relative => [
-                polar("theta_i", 180.0)?,
-                0.0,
-                polar("theta_o", 180.0)?,
-                azimuth("phi")?,
-            ],
-            Self::InPlane => [in_plane("theta_i")?.abs(), 0.0, -in_plane("theta_o")?, 0.0],
+            Self::Relative => [theta("theta_i")?, 0.0, theta("theta_o")?, azimuth("phi")?],
+            Self::InPlane => [theta("theta_i")?.abs(), 0.0, -theta("theta_o")?, 0.0],
         };
-        let [theta_i, phi_i, theta_o, phi_o] = directions;
-        let phi_o = phi_o + args.sensor_azimuth();
-        Ok(Some(from_spherical([theta_i, phi_i, theta_o, phi_o])))
+        if args.has(AngleConvention::FromMirror) {
+            directions[3] += PI;
+        }
+        Ok(Some(from_spherical(directions)))
     }
 }
 

@@ -9,7 +9,7 @@
 //! 0.035 to 0.010, and raise the loss from 0.0282 to 0.0304 (36 networks of MERL, six aspecular angles, `linear-any`).
 
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::linear::{map, unmap};
 use glimpse_core::recipe::Recipe;
 use glimpse_kernels::scan::scan_with_missing;
@@ -66,16 +66,13 @@ fn fit_once(
     targets: &[Vec<f32>],
     wavelengths: &[f32],
 ) -> Result<Bands, Error> {
-    let read = |sample: usize, angles: Angles<f32>, band: usize| -> Option<[f32; 3]> {
-        let targets = targets.get(sample)?;
-        let target = targets.get(band)?;
-        let mean = targets.iter().sum::<f32>() / targets.len() as f32;
-        let weight = weight(&HalfDifference::from_angles(angles));
-        Some([*target, 2.0 * mean - target, mean].map(|mapped| unmap(mapped, weight)))
-    };
     let fit = |band: usize| {
         let outcome = scan_with_missing(recipe, &mut |sample, angles| {
-            read(sample.into(), angles, band)
+            let targets = targets.get(usize::from(sample))?;
+            let target = targets.get(band)?;
+            let mean = targets.iter().sum::<f32>() / targets.len() as f32;
+            let weight = weight(&HalfDifference::from_angles(angles));
+            Some([*target, 2.0 * mean - target, mean].map(|mapped| unmap(mapped, weight)))
         })?;
         Ok(outcome.values)
     };

@@ -41,9 +41,9 @@ pub struct Fit {
 pub enum FitFailure {
     /// Readings are missing, and the recipe needs all of them.
     #[error(
-        "{} not measured, but the recipe needs all {samples}; measure {} as well, or use a recipe that was trained with \
-         {} 0.5",
-        samples_were(missing), if missing.len() == 1 { "it" } else { "them" }, Name("missing")
+        "samples {missing:?} were not measured, but the recipe needs all {samples}; measure them as well, or use a recipe \
+         that was trained with {} 0.5",
+        Name("missing")
     )]
     Missing {
         /// The indices of the samples without a reading.
@@ -64,15 +64,6 @@ pub enum FitFailure {
     Bands(ModelKind),
 }
 
-/// Returns "sample 1 was" or "samples 1, 2 were".
-fn samples_were(indices: &[usize]) -> String {
-    let numbers: Vec<String> = indices.iter().map(usize::to_string).collect();
-    match indices.len() {
-        1 => format!("sample {} was", numbers.join(", ")),
-        _ => format!("samples {} were", numbers.join(", ")),
-    }
-}
-
 impl Selection {
     /// Selects the readings of a fit.
     ///
@@ -83,7 +74,7 @@ impl Selection {
     /// [`FitFailure::Missing`] if readings that the recipe needs are missing.
     pub fn new(mut readings: Readings, keep_all: bool) -> Result<Self, FitFailure> {
         let tolerates_missing = readings.recipe.file.recipe().tolerates_missing();
-        let missing = readings.with_status(ReadingStatus::Missing);
+        let missing = readings.indices(|sample| sample.status == ReadingStatus::Missing);
         if !tolerates_missing && !missing.is_empty() {
             return Err(FitFailure::Missing {
                 missing,
@@ -121,18 +112,14 @@ impl Fit {
     /// If the model cannot follow readings in bands, readings are missing, or the fit fails as it would on a device.
     pub fn new(readings: Readings, name: String, keep_all: bool) -> Result<Self, FitFailure> {
         let model = readings.recipe.file.recipe().model();
-        let is_in_bands = !readings.rows.wavelengths().is_empty();
+        let is_in_bands = !readings.rows.wavelengths.is_empty();
         if is_in_bands && matches!(model, ModelKind::Phong | ModelKind::CookTorrance) {
             return Err(FitFailure::Bands(model));
         }
         let selection = Selection::new(readings, keep_all)?;
-        let Readings {
-            recipe,
-            samples,
-            rows,
-            ..
-        } = &selection.readings;
-        let (basis, recipe) = (recipe.basis.as_deref(), recipe.file.recipe());
+        let readings = &selection.readings;
+        let (recipe, samples) = (readings.recipe.file.recipe(), &readings.samples);
+        let basis = readings.recipe.basis.as_deref();
         let result = scan_with_missing(&recipe, &mut |index, _| {
             samples.get(usize::from(index))?.used()
         })?;
@@ -141,7 +128,8 @@ impl Fit {
         // The values of a fit that ended are finite, and match the recipe's basis.
         let mut material = material.ok_or(Error::new(ErrorCode::Diverged))?;
         if is_in_bands {
-            material = material.with_bands(fit_bands(&recipe, basis, rows.wavelengths(), samples)?);
+            let bands = fit_bands(&recipe, basis, &readings.rows.wavelengths, samples)?;
+            material = material.with_bands(bands);
         }
         let prediction = result.prediction;
         Ok(Self {

@@ -20,8 +20,7 @@ pub enum Instrument {
 
 impl Instrument {
     /// Returns the directions: theta_i, and theta_o, which is positive on the side of the mirror direction, in degrees.
-    #[must_use]
-    pub fn degrees(self) -> Vec<[f64; 2]> {
+    fn degrees(self) -> Vec<[f64; 2]> {
         let line = |theta_i: f64| {
             let sensor = (-16..=16).map(|step| f64::from(5 * step));
             // The sensor cannot be in front of the light.

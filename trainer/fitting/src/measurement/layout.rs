@@ -34,15 +34,13 @@ const MAX_LINES: usize = 100;
 const SPACES: char = ' ';
 
 /// The line of column names, and the lines above it.
-pub(super) struct Layout<'a> {
+pub(super) struct Layout {
     /// The number of the line of names, from 1.
-    pub(super) line: u64,
+    pub(super) line: usize,
     /// The column names in lowercase, without units.
     pub(super) names: Vec<String>,
     pub(super) units: Vec<Unit>,
     pub(super) separator: char,
-    /// The lines below the names.
-    pub(super) rows: &'a str,
 }
 
 /// The unit of angles.
@@ -56,16 +54,16 @@ pub enum AngleUnit {
 
 /// The stated unit of a column.
 pub(super) struct Unit {
-    pub(super) line: u64,
+    pub(super) line: usize,
     pub(super) column: String,
     /// In lowercase, without white space and brackets.
     pub(super) text: String,
 }
 
-impl<'a> Layout<'a> {
+impl Layout {
     /// Finds the line of column names. Lines above it, such as comments and `sep=;`, hold no readings, but may state units.
     /// The error is a message.
-    pub(super) fn find(text: &'a str) -> Result<Self, String> {
+    pub(super) fn find(text: &str) -> Result<Self, String> {
         // A tab may separate an empty first cell.
         let lines = (1..).zip(text.split('\n').map(|line| line.trim_matches(' ')));
         let lines = lines.filter(|(_, line)| !line.trim().is_empty());
@@ -84,33 +82,40 @@ impl<'a> Layout<'a> {
         let &(number, line) =
             line.ok_or("it is empty; name the columns, separated by commas, in line 1")?;
         let header = Header::parse(line);
-        let separator = header.separator;
-        let mut units = Vec::new();
-        let mut names = Vec::new();
+        let mut layout = Self {
+            line: number,
+            names: Vec::new(),
+            units: Vec::new(),
+            separator: header.separator,
+        };
         for cell in header.cells {
             let (name, unit) = name_and_unit(&cell);
-            units.extend(Unit::new(number as u64, &name, unit));
-            names.push(name);
+            layout.units.extend(Unit::new(number, &name, unit));
+            layout.names.push(name);
         }
         for (above, text) in lines.iter().take_while(|(above, _)| *above < number) {
-            let cells = split(text.trim_start_matches(COMMENT), separator);
+            let cells = split(text.trim_start_matches(COMMENT), header.separator);
             if cells.len() > 1 && cells.iter().all(|cell| cell.parse::<f64>().is_ok()) {
                 return Err(format!(
                     "line {above} has numbers, but line {number} names the columns; move the names to line 1"
                 ));
             }
-            units.extend(row_of_units(*above as u64, &names, &cells));
+            layout.add_units(*above, &cells);
         }
-        Ok(Self {
-            line: number as u64,
-            names,
-            units,
-            separator,
-            rows: text
-                .splitn(number + 1, '\n')
-                .nth(number)
-                .unwrap_or_default(),
-        })
+        Ok(layout)
+    }
+
+    /// Adds the units in the cells of a line. Returns false if no cell is a known unit.
+    pub(super) fn add_units<S: AsRef<str>>(&mut self, line: usize, cells: &[S]) -> bool {
+        let known = [&DEGREES[..], &RADIANS, &PER_STERADIAN].concat();
+        let units = self.names.iter().zip(cells);
+        let units = units.filter_map(|(name, cell)| Unit::new(line, name, cell.as_ref()));
+        let units: Vec<Unit> = units.collect();
+        let is_row = units.iter().any(|unit| known.contains(&&unit.text[..]));
+        if is_row {
+            self.units.extend(units);
+        }
+        is_row
     }
 }
 
@@ -216,22 +221,9 @@ pub(super) fn wavelength(name: &str) -> Option<f32> {
     wavelength.filter(|wavelength| (200.0..=2600.0).contains(wavelength))
 }
 
-/// Returns the units in the cells of a line; none if no cell is a known unit.
-pub(super) fn row_of_units<S: AsRef<str>>(line: u64, names: &[String], cells: &[S]) -> Vec<Unit> {
-    let known = [&DEGREES[..], &RADIANS, &PER_STERADIAN].concat();
-    let units = names.iter().zip(cells);
-    let units = units.filter_map(|(name, cell)| Unit::new(line, name, cell.as_ref()));
-    let units: Vec<Unit> = units.collect();
-    if units.iter().any(|unit| known.contains(&&unit.text[..])) {
-        units
-    } else {
-        Vec::new()
-    }
-}
-
 impl Unit {
     /// Returns the unit in a cell; None if the cell is empty.
-    fn new(line: u64, column: &str, cell: &str) -> Option<Self> {
+    fn new(line: usize, column: &str, cell: &str) -> Option<Self> {
         let is_kept = |c: &char| !c.is_whitespace() && !"()[]".contains(*c);
         let text: String = cell.to_lowercase().chars().filter(is_kept).collect();
         let column = column.to_owned();

@@ -5,7 +5,6 @@ mod bands;
 mod fit;
 mod instrument;
 mod layout;
-mod matching;
 mod next;
 mod outliers;
 mod placement;
@@ -23,8 +22,8 @@ pub use angles::{
 pub use fit::{Fit, FitFailure, Selection};
 pub use instrument::Instrument;
 pub use layout::AngleUnit;
-pub use matching::{AngularDistance, IsotropicAngles};
 pub use outliers::Outliers;
+pub use placement::AngularDistance;
 pub use quantity::{CountCalibration, LargerSpot, Multiple, ReadingQuantity};
 pub use readings::{ReadingStatus, Readings, SampleReading};
 pub use recipe::NamedRecipe;

@@ -1,18 +1,16 @@
 //! The samples to which rows of readings belong: those of a pattern, or their own directions.
 
 use std::collections::HashMap;
-use std::f64::consts::TAU;
 
-use glimpse_core::geometry::Angles;
+use glimpse_core::geometry::{Angles, Arms};
 
 use super::angles::above_horizon;
-use super::matching::{AngularDistance, IsotropicAngles};
 use super::rows::{LabReading, Rows};
 use super::table::TableError;
+use crate::route::{arms_at, arms_in_degrees, wrapped};
 
 /// The largest distance of a row from its sample, in degrees: a typical error of a lab's arms.
-const TOLERANCE_DEGREES: f64 = 0.5;
-const TOLERANCE: f64 = TOLERANCE_DEGREES.to_radians();
+const TOLERANCE: f64 = 0.5;
 
 /// The samples of all rows.
 pub(super) struct Placement {
@@ -26,47 +24,112 @@ pub(super) struct Placement {
     pub(super) max_distance: Option<AngularDistance>,
 }
 
+/// The distance between two pairs of directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AngularDistance {
+    /// The largest difference of the three angles, in degrees.
+    pub degrees: f64,
+    /// The angle that differs most.
+    pub angle: &'static str,
+}
+
+impl AngularDistance {
+    /// Returns the distance between two positions of the arms in degrees: the largest of three differences. These are the
+    /// differences of theta_i, of theta_o, and of phi_o - phi_i times the smallest sine of the polar angles. The sine is
+    /// small near the normal, where azimuths matter little.
+    #[must_use]
+    pub fn between(one: &Arms<f64>, other: &Arms<f64>) -> Self {
+        let azimuth = wrapped(one.phi_o - one.phi_i - (other.phi_o - other.phi_i));
+        let polar = [one.theta_i, one.theta_o, other.theta_i, other.theta_o];
+        let sines = polar.map(|theta| theta.to_radians().sin());
+        let differences = [
+            ("theta_i", one.theta_i - other.theta_i),
+            ("theta_o", one.theta_o - other.theta_o),
+            (
+                "phi_o - phi_i, scaled by the smallest sine of a polar angle",
+                azimuth * sines.into_iter().fold(1.0, f64::min),
+            ),
+        ];
+        let [first, others @ ..] = differences.map(|(angle, difference)| Self {
+            degrees: difference.abs(),
+            angle,
+        });
+        // NaN counts as the largest distance.
+        let is_larger = |one: &Self, max: &Self| one.degrees > max.degrees || one.degrees.is_nan();
+        others.into_iter().fold(
+            first,
+            |max, other| {
+                if is_larger(&other, &max) { other } else { max }
+            },
+        )
+    }
+}
+
 /// A likely cause of rows that match no sample: the correction of the angles, and the text of an error.
-type Cause = (fn(&IsotropicAngles) -> IsotropicAngles, &'static str);
+type Cause = (fn(Arms<f64>) -> Arms<f64>, &'static str);
 
 const CAUSES: [Cause; 4] = [
     (
-        IsotropicAngles::from_surface,
+        |arms| Arms {
+            theta_i: 90.0 - arms.theta_i,
+            theta_o: 90.0 - arms.theta_o,
+            ..arms
+        },
         "the polar angles are measured from the surface; give --convention elevation",
     ),
     (
-        IsotropicAngles::opposite,
+        |arms| Arms {
+            phi_o: arms.phi_o + 180.0,
+            ..arms
+        },
         "the azimuth of the sensor is 0 in the mirror direction; give --convention from-mirror",
     ),
     (
-        IsotropicAngles::exchanged,
+        |arms| Arms {
+            theta_i: arms.theta_o,
+            phi_i: arms.phi_o,
+            theta_o: arms.theta_i,
+            phi_o: arms.phi_i,
+        },
         "light and sensor are exchanged; exchange their columns",
     ),
+    // In the plane of incidence, where phi_o - phi_i is 0 or 180 degrees, the directions stay the same. Elsewhere they
+    // change, but a mirror-symmetric material has the same BRDF.
     (
-        IsotropicAngles::mirrored,
+        |arms| Arms {
+            phi_i: -arms.phi_i,
+            phi_o: -arms.phi_o,
+            ..arms
+        },
         "the azimuths have the opposite sense; negate phi_i and phi_o (or phi_d, or y of vectors)",
     ),
 ];
+
+/// An error of a row that matches no sample.
+pub(super) struct Unmatched {
+    /// The line, its distance from the nearest sample, and the likely cause.
+    pub(super) message: String,
+    /// True if its directions are probably not meant to be those of a sample.
+    pub(super) is_off_pattern: bool,
+}
 
 impl Rows {
     /// Matches each row to the nearest sample, within [`TOLERANCE`].
     ///
     /// # Errors
-    /// The first row that matches no sample, with its distance and the likely cause.
+    /// The first row that matches no sample.
     pub(super) fn match_to_pattern(
         &self,
-        pattern: impl Iterator<Item = Angles<f32>>,
-    ) -> Result<Placement, TableError> {
-        let directions: Vec<Angles<f32>> = pattern.collect();
-        let angles = directions.iter().map(|angles| angles.map(f64::from));
-        let angles: Vec<IsotropicAngles> = angles.map(IsotropicAngles::from_angles).collect();
-        let mut of_rows = Vec::with_capacity(self.readings().len());
+        directions: Vec<Angles<f32>>,
+    ) -> Result<Placement, Unmatched> {
+        let arms: Vec<_> = directions.iter().copied().map(arms_in_degrees).collect();
+        let mut of_rows = Vec::with_capacity(self.readings.len());
         let mut max_distance: Option<AngularDistance> = None;
-        for row in self.readings() {
-            let (sample, distance) = self.find_sample(row, &angles)?;
+        for row in &self.readings {
+            let (sample, distance) = self.find_sample(row, &arms)?;
             of_rows.push(sample);
             if let Some(distance) = distance
-                && max_distance.is_none_or(|max| distance.radians > max.radians)
+                && max_distance.is_none_or(|max| distance.degrees > max.degrees)
             {
                 max_distance = Some(distance);
             }
@@ -86,10 +149,10 @@ impl Rows {
     pub(super) fn own_samples(&self) -> Result<Placement, TableError> {
         let mut directions = Vec::new();
         let mut known: HashMap<[u32; 3], usize> = HashMap::new();
-        let mut of_rows = Vec::with_capacity(self.readings().len());
+        let mut of_rows = Vec::with_capacity(self.readings.len());
         // Sums of variances, and numbers of readings.
         let mut noise: Vec<(f32, f32)> = Vec::new();
-        for row in self.readings() {
+        for row in &self.readings {
             let error = |message| self.line_error(row.line, message);
             let angles = row.angles.ok_or_else(|| {
                 error("it has an index, but this recipe has no pattern; give the directions")
@@ -116,97 +179,79 @@ impl Rows {
         })
     }
 
-    /// Refuses rows that state their noise, which only a recipe without a pattern takes into account.
-    pub(super) fn refuse_noise(&self) -> Result<(), TableError> {
-        match self.readings().iter().find(|row| row.noise.is_some()) {
-            None => Ok(()),
-            Some(row) => Err(self.line_error(
-                row.line,
-                "column noise: it has no effect with a recipe for its own directions; remove it, or fit with a recipe of \
-                 `--samples any`",
-            )),
-        }
-    }
-
     /// Finds the sample of a row. Returns it with its distance, if the row has directions.
     fn find_sample(
         &self,
         row: &LabReading,
-        samples: &[IsotropicAngles],
-    ) -> Result<(usize, Option<AngularDistance>), TableError> {
+        samples: &[Arms<f64>],
+    ) -> Result<(usize, Option<AngularDistance>), Unmatched> {
+        let unmatched = |message: &str, is_off_pattern: bool| {
+            let message = self.at_line(row.line, message);
+            Err(Unmatched {
+                message,
+                is_off_pattern,
+            })
+        };
+        let error = |message: &str| unmatched(message, false);
         let count = samples.len();
         if let Some(index) = row.index.filter(|index| *index >= count) {
-            return Err(self.line_error(
-                row.line,
-                &format!(
-                    "column index: {index} is out of range; the recipe has {count} samples, give 0 to {}",
-                    count - 1
-                ),
+            return error(&format!(
+                "column index: {index} is out of range; the recipe has {count} samples, give 0 to {}",
+                count - 1
             ));
         }
         let Some(angles) = row.angles else {
             return match row.index {
                 Some(index) => Ok((index, None)),
-                None => Err(self.line_error(
-                    row.line,
-                    "the directions and the index are missing; give one of them",
-                )),
+                None => error("the directions and the index are missing; give one of them"),
             };
         };
-        let angles = IsotropicAngles::from_angles(angles);
-        let Some((sample, distance)) = nearest(row, angles, samples) else {
-            return Err(
-                self.file_error("the recipe has no samples; give another recipe".to_owned())
-            );
+        let arms = arms_at(angles);
+        let Some((sample, distance)) = nearest(row.index, &arms, samples) else {
+            return error("the recipe has no samples; give another recipe");
         };
-        if distance.radians <= TOLERANCE {
+        if distance.degrees <= TOLERANCE {
             return Ok((sample, Some(distance)));
         }
-        let IsotropicAngles {
-            theta_i,
-            theta_o,
-            phi,
-        } = samples[sample];
-        let [theta_i, theta_o, phi] =
-            [theta_i, theta_o, phi.rem_euclid(TAU)].map(|angle| round(angle.to_degrees()));
-        let target = match (row.index, angles.nearest(samples)) {
+        let target = match (row.index, nearest(None, &arms, samples)) {
             (Some(_), Some((nearest, _))) if nearest != sample => {
                 format!("sample {sample}, the row's index (sample {nearest} is nearer)")
             }
             (Some(_), _) => format!("sample {sample}, the row's index"),
             (None, _) => format!("sample {sample}, the nearest"),
         };
+        let at = samples[sample];
+        let [theta_i, theta_o, phi] = [
+            at.theta_i,
+            at.theta_o,
+            (at.phi_o - at.phi_i).rem_euclid(360.0),
+        ]
+        .map(|angle| (angle * 100.0).round() / 100.0);
         let message = format!(
             "its directions are not those of {target} (theta_i {theta_i}, theta_o {theta_o}, phi_o - phi_i {phi} \
-             degrees): they are {distance}, and at most {TOLERANCE_DEGREES} degrees are accepted"
+             degrees): they are {:.2} degrees off in {}, and at most {TOLERANCE} degrees are accepted",
+            distance.degrees, distance.angle
         );
         match self.cause(samples) {
             Some(cause) => {
-                let count = self.readings().len();
-                let message = format!("{message}. All {count} rows match if {cause}");
-                Err(self.line_error(row.line, &message))
+                let count = self.readings.len();
+                error(&format!("{message}. All {count} rows match if {cause}"))
             }
-            None if row.index.is_none() => Err(TableError::OffPattern {
-                path: self.path.clone(),
-                message: self.at_line(row.line, &message),
-            }),
-            None => Err(self.line_error(
-                row.line,
-                &format!(
-                    "{message}; correct the row (`trainer inspect` prints the recipe's directions), or remove the column index"
-                ),
+            None if row.index.is_none() => unmatched(&message, true),
+            None => error(&format!(
+                "{message}; correct the row (`trainer inspect` prints the recipe's directions), or remove the column index"
             )),
         }
     }
 
     /// Returns the text of the first cause that explains all rows.
-    fn cause(&self, samples: &[IsotropicAngles]) -> Option<&'static str> {
+    fn cause(&self, samples: &[Arms<f64>]) -> Option<&'static str> {
         let is_cause = |(correct, _): &&Cause| {
             let matches = |row: &LabReading, angles| {
-                nearest(row, correct(&IsotropicAngles::from_angles(angles)), samples)
-                    .is_some_and(|(_, distance)| distance.radians <= TOLERANCE)
+                nearest(row.index, &correct(arms_at(angles)), samples)
+                    .is_some_and(|(_, distance)| distance.degrees <= TOLERANCE)
             };
-            let mut rows = self.readings().iter();
+            let mut rows = self.readings.iter();
             rows.all(|row| row.angles.is_none_or(|angles| matches(row, angles)))
         };
         let cause = CAUSES.iter().find(is_cause);
@@ -214,22 +259,22 @@ impl Rows {
     }
 }
 
-/// Returns the sample of a row with these angles and its distance: the sample of the row's index, or else the nearest one.
-/// None if the index is out of range.
+/// Returns the sample of an index and its distance from a position, or else the nearest sample. None if the index is out of
+/// range, or `samples` is empty.
 fn nearest(
-    row: &LabReading,
-    angles: IsotropicAngles,
-    samples: &[IsotropicAngles],
+    index: Option<usize>,
+    arms: &Arms<f64>,
+    samples: &[Arms<f64>],
 ) -> Option<(usize, AngularDistance)> {
-    match row.index {
-        Some(index) => Some((index, angles.distance(samples.get(index)?))),
-        None => angles.nearest(samples),
+    if let Some(index) = index {
+        return Some((index, AngularDistance::between(arms, samples.get(index)?)));
     }
-}
-
-/// Rounds to two decimals.
-fn round(degrees: f64) -> f64 {
-    (degrees * 100.0).round() / 100.0
+    let distances = samples
+        .iter()
+        .map(|sample| AngularDistance::between(arms, sample));
+    distances
+        .enumerate()
+        .min_by(|(_, one), (_, other)| one.degrees.total_cmp(&other.degrees))
 }
 
 #[cfg(test)]
@@ -248,7 +293,7 @@ mod tests {
     /// unknown.
     fn cause(rows: &[[f64; 4]], indexed: bool) -> Option<Option<&'static str>> {
         let radians = |row: &[f64; 4]| from_spherical(row.map(f64::to_radians));
-        let samples = PATTERN.map(|row| IsotropicAngles::from_angles(radians(&row)));
+        let samples = PATTERN.map(|row| arms_at(radians(&row)));
         let rows = rows.iter().enumerate().map(|(index, row)| LabReading {
             index: indexed.then_some(index),
             angles: Some(radians(row)),
@@ -256,7 +301,7 @@ mod tests {
             ..LabReading::default()
         });
         let all = Rows::from_array("rows", Vec::new(), rows.collect());
-        let mut readings = all.readings().iter();
+        let mut readings = all.readings.iter();
         let any = readings.any(|row| all.find_sample(row, &samples).is_err());
         any.then(|| all.cause(&samples))
     }
@@ -293,5 +338,53 @@ mod tests {
         ] {
             assert_eq!(cause(rows, indexed), expected, "{rows:?} {indexed}");
         }
+    }
+
+    fn degrees(theta_i: f64, theta_o: f64, phi_o: f64) -> Arms<f64> {
+        Arms {
+            theta_i,
+            phi_i: 0.0,
+            theta_o,
+            phi_o,
+        }
+    }
+
+    #[test]
+    fn distance_weights_azimuth_by_smallest_sine() {
+        let azimuth = Some("phi_o - phi_i");
+        for (to, degrees_off, angle) in [
+            (degrees(30.2, 60.1, 179.0), 0.2, Some("theta_i")),
+            (degrees(30.1, 59.6, 179.0), 0.4, Some("theta_o")),
+            // The azimuths differ by 2 degrees, across 180; times sin(30 degrees).
+            (degrees(30.0, 60.0, -179.0), 1.0, azimuth),
+            (degrees(30.0, 60.0, 179.0 + 720.0), 0.0, Some("theta_i")),
+        ] {
+            let distance = AngularDistance::between(&degrees(30.0, 60.0, 179.0), &to);
+            assert!(
+                (distance.degrees - degrees_off).abs() < 1e-6,
+                "{distance:?}"
+            );
+            assert_eq!(distance.angle.split(',').next(), angle);
+        }
+        // At the normal the azimuth does not matter.
+        let normal = AngularDistance::between(&degrees(0.0, 60.0, 0.0), &degrees(0.0, 60.0, 90.0));
+        assert!(normal.degrees < 1e-12);
+    }
+
+    #[test]
+    fn finds_nearest_sample() {
+        let angles = Angles {
+            theta_h: 0.0,
+            theta_d: 0.6,
+            phi_d: 1.0,
+        };
+        let mirror = arms_at(angles);
+        let theta = 0.6_f64.to_degrees();
+        let expected = degrees(theta, theta, 180.0);
+        let distance = AngularDistance::between(&mirror, &expected);
+        assert!(distance.degrees < 1e-9, "{mirror:?}");
+        let samples = [degrees(1.0, 1.0, 0.0), expected];
+        assert_eq!(nearest(None, &mirror, &samples).unwrap().0, 1);
+        assert!(nearest(None, &mirror, &[]).is_none());
     }
 }

@@ -74,10 +74,10 @@ pub enum ReadingQuantity {
 /// The conversion of counts to the BRDF.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CountCalibration {
-    /// Counts without light, of red, green and blue.
-    pub dark: [f32; 3],
-    /// The white's reflectance, above 0 and at most 2.
-    pub reflectance: [f32; 3],
+    /// Counts without light, of red, green and blue; 0 by default.
+    pub dark: Option<[f32; 3]>,
+    /// The white's reflectance, above 0 and at most 2; 0.99 by default.
+    pub reflectance: Option<[f32; 3]>,
     /// The lowest count of a saturated sensor, if it is known.
     pub saturation: Option<f32>,
     /// Counts of the white, at the directions of the readings, or in a single row if there is a footprint.
@@ -101,8 +101,9 @@ impl ReadingQuantity {
         reflectance: Option<[f32; 3]>,
         rows: &Rows,
     ) -> Option<Self> {
-        let stated = || Multiple::from_str(rows.stated_quantity()?, false).ok();
-        let multiple = multiple.or_else(stated).unwrap_or(Multiple::Brdf);
+        let stated = rows.quantities.first();
+        let stated = stated.and_then(|(_, name)| Multiple::from_str(name, false).ok());
+        let multiple = multiple.or(stated).unwrap_or(Multiple::Brdf);
         let [red, green, blue] = reflectance.unwrap_or([1.0; 3]);
         let is_valid = reflectance.is_none()
             || multiple.quantity().0 == Quantity::ReflectanceFactor && red == green && red == blue;
@@ -120,49 +121,24 @@ impl ReadingQuantity {
 }
 
 impl CountCalibration {
-    /// Creates the conversion with a white. By default, the dark counts are 0, and the reflectance is 0.99.
-    #[must_use]
-    pub fn new(
-        white: Rows,
-        footprint: Option<Footprint>,
-        dark: Option<[f32; 3]>,
-        reflectance: Option<[f32; 3]>,
-        saturation: Option<f32>,
-    ) -> Self {
-        Self {
-            dark: dark.unwrap_or([0.0; 3]),
-            reflectance: reflectance.unwrap_or([0.99; 3]),
-            saturation,
-            white,
-            footprint,
-        }
-    }
-
     fn with_white(&self, white: [f32; 3]) -> Result<Calibration, Error> {
-        let calibration = Calibration::new(self.dark, white, self.reflectance)?;
-        match self.saturation {
-            Some(level) => calibration.saturating_at(level),
-            None => Ok(calibration),
-        }
+        let reflectance = self.reflectance.unwrap_or([0.99; 3]);
+        let calibration = Calibration::new(self.dark.unwrap_or_default(), white, reflectance)?;
+        calibration.saturating_at(self.saturation.unwrap_or(f32::INFINITY))
     }
 
     /// Returns the white counts of each sample, None where the white was not read.
     fn by_sample(&self, directions: &[Angles<f32>]) -> Result<Vec<Option<[f32; 3]>>, TableError> {
         let rows = &self.white;
-        let placement = rows
-            .match_to_pattern(directions.iter().copied())
-            .map_err(|error| match error {
-                TableError::OffPattern { path, message }
-                | TableError::Damaged { path, message } => TableError::Damaged {
-                    path,
-                    message: message
-                        + ". For a white that was read once, at other directions, give --footprint \
-                           light or sensor",
-                },
-                other => other,
-            })?;
+        let placement = rows.match_to_pattern(directions.to_vec());
+        let placement = placement.map_err(|unmatched| {
+            rows.file_error(format!(
+                "{}. For a white that was read once, at other directions, give --footprint light or sensor",
+                unmatched.message
+            ))
+        })?;
         let mut whites = vec![Repeated::default(); directions.len()];
-        for (row, sample) in rows.readings().iter().zip(placement.of_rows) {
+        for (row, sample) in rows.readings.iter().zip(placement.of_rows) {
             let added = whites[sample].add(self.counts(row)?, false);
             added.map_err(|error| rows.reading_error(row, error))?;
         }
@@ -176,10 +152,10 @@ impl CountCalibration {
         directions: &[Angles<f32>],
     ) -> Result<(Directions<f32>, [f32; 3]), TableError> {
         let rows = &self.white;
-        let [row] = rows.readings() else {
+        let [row] = &rows.readings[..] else {
             return Err(rows.file_error(format!(
                 "it has {} rows, but with --footprint the white is read once; give one row",
-                rows.readings().len()
+                rows.readings.len()
             )));
         };
         let sample = row.index.and_then(|index| directions.get(index));
@@ -201,18 +177,14 @@ impl CountCalibration {
     }
 }
 
-/// The counts of the white for a conversion.
-pub(super) enum White {
-    /// The counts at each sample; None if the white was not read there.
-    BySample(Vec<Option<[f32; 3]>>),
-    /// The counts at one pair of directions, and the larger spot.
-    Once([f32; 3], Directions<f32>, Footprint),
-}
-
 /// The conversion of the rows of a file to BRDFs.
-pub(super) enum Conversion<'a> {
-    Values(&'a Rows, Multiple, f32),
-    Counts(&'a Rows, &'a CountCalibration, White),
+pub(super) struct Conversion<'a> {
+    rows: &'a Rows,
+    quantity: &'a ReadingQuantity,
+    /// For counts, the counts of the white for each sample; None where it was not read.
+    whites: Vec<Option<[f32; 3]>>,
+    /// The directions of a white that was read once, with the larger spot.
+    white_at: Option<(Directions<f32>, Footprint)>,
 }
 
 impl<'a> Conversion<'a> {
@@ -222,27 +194,28 @@ impl<'a> Conversion<'a> {
         quantity: &'a ReadingQuantity,
         directions: &[Angles<f32>],
     ) -> Result<Self, TableError> {
-        let calibration = match quantity {
-            ReadingQuantity::Values(multiple, reflectance) => {
-                return Ok(Self::Values(rows, *multiple, *reflectance));
+        let (mut whites, mut white_at) = (Vec::new(), None);
+        if let ReadingQuantity::Counts(calibration) = quantity {
+            calibration.white.check_quantity(COUNTS)?;
+            for rows in [rows, &calibration.white] {
+                if !rows.wavelengths.is_empty() {
+                    return Err(rows.file_error(COUNTS_OF_BANDS.to_owned()));
+                }
             }
-            ReadingQuantity::Counts(calibration) => calibration,
-        };
-        let white = &calibration.white;
-        white.check_quantity(COUNTS)?;
-        for rows in [rows, white] {
-            if !rows.wavelengths().is_empty() {
-                return Err(rows.file_error(COUNTS_OF_BANDS.to_owned()));
+            if let Some(footprint) = calibration.footprint {
+                let (at, counts) = calibration.single(directions)?;
+                whites = vec![Some(counts); directions.len()];
+                white_at = Some((at, footprint));
+            } else {
+                whites = calibration.by_sample(directions)?;
             }
         }
-        let white = match calibration.footprint {
-            None => White::BySample(calibration.by_sample(directions)?),
-            Some(footprint) => {
-                let (at, counts) = calibration.single(directions)?;
-                White::Once(counts, at, footprint)
-            }
-        };
-        Ok(Self::Counts(rows, calibration, white))
+        Ok(Self {
+            rows,
+            quantity,
+            whites,
+            white_at,
+        })
     }
 
     /// Converts numbers of a row at directions to the BRDF.
@@ -253,30 +226,30 @@ impl<'a> Conversion<'a> {
         at: &Directions<f32>,
         values: [f32; 3],
     ) -> Result<Reading, TableError> {
-        let (rows, reading) = match self {
-            Self::Values(rows, multiple, reflectance) => {
+        let reading = match self.quantity {
+            ReadingQuantity::Values(multiple, reflectance) => {
                 let (of, unit) = multiple.quantity();
                 let values = values.map(|value| value * unit * reflectance);
-                (rows, of.to_brdf(values, at).map(Reading::new))
+                of.to_brdf(values, at).map(Reading::new)
             }
-            Self::Counts(rows, calibration, White::Once(counts, white_at, footprint)) => {
-                let calibration = calibration.with_white(*counts);
-                let once = calibration.and_then(|all| all.read_once_at(white_at, *footprint));
-                (rows, once.and_then(|once| once.reading(values, at)))
-            }
-            Self::Counts(rows, calibration, White::BySample(whites)) => {
-                let counts = whites.get(sample).copied().flatten().ok_or_else(|| {
+            ReadingQuantity::Counts(calibration) => {
+                let white = self.whites[sample].ok_or_else(|| {
                     let message = format!(
                         "sample {sample} has no white reading; read the white at these directions as well, or remove \
                          the row"
                     );
-                    rows.line_error(row.line, &message)
+                    self.rows.line_error(row.line, &message)
                 })?;
-                let calibration = calibration.with_white(counts);
-                (rows, calibration.and_then(|all| all.reading(values)))
+                let calibration = calibration.with_white(white);
+                calibration.and_then(|calibration| match &self.white_at {
+                    None => calibration.reading(values),
+                    Some((white_at, footprint)) => calibration
+                        .read_once_at(white_at, *footprint)?
+                        .reading(values, at),
+                })
             }
         };
-        let mut reading = reading.map_err(|error| rows.reading_error(row, error))?;
+        let mut reading = reading.map_err(|error| self.rows.reading_error(row, error))?;
         reading.saturated |= row.saturated;
         Ok(reading)
     }
@@ -288,7 +261,6 @@ impl<'a> Conversion<'a> {
         sample: usize,
         at: &Directions<f32>,
     ) -> Result<Vec<f32>, TableError> {
-        let (Self::Values(rows, ..) | Self::Counts(rows, ..)) = self;
         let convert = |(band, wavelength): (&f32, &f32)| {
             let [value, ..] = self.to_brdf(row, sample, at, [*band; 3])?.brdf;
             if value >= -1.0 {
@@ -297,9 +269,9 @@ impl<'a> Conversion<'a> {
             let message = format!(
                 "band {wavelength} nm: {band} is too far below 0; correct the row or remove it"
             );
-            Err(rows.line_error(row.line, &message))
+            Err(self.rows.line_error(row.line, &message))
         };
-        let bands = row.numbers.iter().zip(rows.wavelengths());
+        let bands = row.numbers.iter().zip(&self.rows.wavelengths);
         bands.map(convert).collect()
     }
 }

@@ -1,19 +1,20 @@
 //! The readings of a recipe's samples, and their state in a fit.
 
 use crate::linear::{CoefficientPrior, LeftOut, PosteriorReading};
+use clap::ValueEnum;
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Repeated;
 use serde::Serialize;
 
 use super::angles::to_directions;
-use super::matching::AngularDistance;
+use super::placement::AngularDistance;
 use super::quantity::{Conversion, ReadingQuantity};
 use super::recipe::NamedRecipe;
 use super::rows::Rows;
 use super::table::TableError;
 
 /// The status of a sample's reading in a fit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReadingStatus {
     /// The fit uses the reading.
@@ -118,31 +119,31 @@ impl Readings {
         quantity: ReadingQuantity,
     ) -> Result<Self, TableError> {
         rows.check_quantity(&quantity.name())?;
-        if rows.readings().is_empty() {
+        if rows.readings.is_empty() {
             return Err(
                 rows.file_error("all of its rows are empty; give a file with readings".to_owned())
             );
         }
-        let mut off_pattern = None;
-        let mut placement = None;
+        let (mut matched, mut off_pattern) = (None, None);
         if !given.is_any() {
-            rows.refuse_noise()?;
-            match rows.match_to_pattern(given.file.recipe().pattern()) {
-                Ok(matched) => placement = Some(matched),
-                Err(TableError::OffPattern { message, .. }) => off_pattern = Some(message),
-                Err(error) => return Err(error),
+            if let Some(row) = rows.readings.iter().find(|row| row.noise.is_some()) {
+                let message = "column noise: it has no effect with a recipe for its own directions; remove it, or fit with \
+                               a recipe of `--samples any`";
+                return Err(rows.line_error(row.line, message));
+            }
+            match rows.match_to_pattern(given.file.recipe().pattern().collect()) {
+                Ok(placement) => matched = Some((given.clone(), placement)),
+                Err(unmatched) if unmatched.is_off_pattern => off_pattern = Some(unmatched.message),
+                Err(unmatched) => return Err(rows.file_error(unmatched.message)),
             }
         }
-        let is_any = placement.is_none();
-        let placement = placement.map_or_else(|| rows.own_samples(), Ok)?;
-        let recipe = if is_any {
-            let recipe = given
-                .continuing()
-                .at(&placement.directions, &placement.noise);
-            recipe.map_err(|defect| rows.file_error(defect.to_string()))?
-        } else {
-            given.clone()
+        let at_own_directions = || {
+            let own = rows.own_samples()?;
+            let recipe = given.continuing().at(&own.directions, &own.noise);
+            let recipe = recipe.map_err(|defect| rows.file_error(defect.to_string()))?;
+            Ok((recipe, own))
         };
+        let (recipe, placement) = matched.map_or_else(at_own_directions, Ok)?;
         let conversion = Conversion::new(&rows, &quantity, &placement.directions)?;
         let samples = placement.directions.iter().zip(placement.noise);
         let samples = samples.map(|(angles, noise)| SampleReading {
@@ -150,7 +151,7 @@ impl Readings {
             ..SampleReading::new(*angles)
         });
         let mut samples: Vec<SampleReading> = samples.collect();
-        for (row, index) in rows.readings().iter().zip(&placement.of_rows) {
+        for (row, index) in rows.readings.iter().zip(&placement.of_rows) {
             let sample = &mut samples[*index];
             let at = to_directions(row.angles.unwrap_or(sample.angles.map(f64::from)));
             let bands = conversion.bands_to_brdf(row, *index, &at)?;
@@ -185,28 +186,19 @@ impl Readings {
         self.samples.iter().map(|sample| sample.angles).collect()
     }
 
-    /// Returns the samples with this status.
-    #[must_use]
-    pub fn with_status(&self, status: ReadingStatus) -> Vec<usize> {
+    /// Returns the indices of the samples for which a condition holds.
+    pub fn indices(&self, holds: impl Fn(&SampleReading) -> bool) -> Vec<usize> {
         let all = self.samples.iter().enumerate();
-        let matching = all.filter(|(_, sample)| sample.status == status);
+        let matching = all.filter(|(_, sample)| holds(sample));
         matching.map(|(index, _)| index).collect()
     }
 }
 
 /// Returns the indices of the samples with known readings: those of saturated ones are unknown, unless all are saturated.
 pub(super) fn known_readings(samples: &[SampleReading]) -> Vec<usize> {
-    let with_reading = |saturated: bool| -> Vec<usize> {
-        let is_known =
-            |sample: &SampleReading| sample.brdf.count > 0 && (saturated || !sample.brdf.saturated);
-        (0..samples.len())
-            .filter(|index| is_known(&samples[*index]))
-            .collect()
-    };
-    let unsaturated = with_reading(false);
-    if unsaturated.is_empty() {
-        with_reading(true)
-    } else {
-        unsaturated
-    }
+    let known = samples.iter().enumerate();
+    let known = known.filter(|(_, sample)| sample.brdf.count > 0);
+    let all_saturated = known.clone().all(|(_, sample)| sample.brdf.saturated);
+    let known = known.filter(|(_, sample)| all_saturated || !sample.brdf.saturated);
+    known.map(|(index, _)| index).collect()
 }

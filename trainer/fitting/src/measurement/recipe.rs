@@ -79,13 +79,12 @@ impl NamedRecipe {
         if let Some(bundled) = bundled_without_file(path) {
             return Ok(Self::bundled(bundled));
         }
-        let (file, basis) = RecipeFile::read_with_basis(path)?;
+        let file = Arc::new(RecipeFile::read(path)?);
+        let checksum = file.recipe().basis_checksum();
+        let basis = checksum.map(|checksum| Basis::read(&Basis::path_for(path), checksum));
+        let basis = basis.transpose()?.map(Arc::new);
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        Ok(Self::new(
-            name.into_owned(),
-            Arc::new(file),
-            basis.map(Arc::new),
-        ))
+        Ok(Self::new(name.into_owned(), file, basis))
     }
 
     /// Reads a recipe's file without its basis, or takes the name of a bundled recipe.
@@ -123,8 +122,8 @@ impl NamedRecipe {
     /// If this recipe has a pattern, there are too many directions, or one is below the horizon.
     pub fn at(&self, directions: &[Angles<f32>], deviations: &[f32]) -> Result<Self, RecipeDefect> {
         let basis = self.basis.clone().ok_or(RecipeDefect::NotAny)?;
-        let scales = deviations.iter();
-        let scales: Vec<f32> = scales.map(|noise| self.prior.scale(*noise)).collect();
+        let scales = deviations.iter().map(|noise| self.prior.scale(*noise));
+        let scales: Vec<f32> = scales.collect();
         let file = self.file.at_directions(&basis, directions, &scales)?;
         let needs_basis = file.recipe().basis_checksum().is_some();
         Ok(Self {

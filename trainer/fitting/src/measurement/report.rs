@@ -9,10 +9,10 @@ use glimpse_materials::{BasisFile, Brdf, FittedMaterial, Viewing};
 use serde::Serialize;
 
 use super::fit::Fit;
-use super::matching::IsotropicAngles;
-use super::readings::{ReadingStatus, SampleReading};
+use super::readings::ReadingStatus;
 use super::spectrum::SpectrumReport;
 use crate::choice::Choice;
+use crate::route::relative_arms;
 
 /// The report on a fit. Field names are those of `material.json`, of the trainer's JSON, and in Python.
 #[derive(Clone, Debug, Serialize)]
@@ -116,8 +116,7 @@ impl Report {
     pub fn new(fit: &Fit, viewing: Viewing) -> Self {
         let readings = &fit.selection.readings;
         let recipe = readings.recipe.file.recipe();
-        let distance = readings.max_distance;
-        let file = readings.rows.path().file_name().unwrap_or_default();
+        let file = readings.rows.path.file_name().unwrap_or_default();
         let mut report = Self {
             trainer: env!("CARGO_PKG_VERSION"),
             recipe: RecipeSummary {
@@ -131,8 +130,8 @@ impl Report {
             measured: InputSummary {
                 file: file.to_string_lossy().into_owned(),
                 quantity: readings.quantity.name(),
-                rows: readings.rows.readings().len(),
-                furthest_degrees: distance.map(|distance| distance.radians.to_degrees()),
+                rows: readings.rows.readings.len(),
+                furthest_degrees: readings.max_distance.map(|distance| distance.degrees),
             },
             readings: ReadingSummary::new(fit),
             residual: fit.residual,
@@ -159,16 +158,11 @@ impl ReadingSummary {
     fn new(fit: &Fit) -> Self {
         let readings = &fit.selection.readings;
         let samples = &readings.samples;
-        let samples_where = |holds: fn(&SampleReading) -> bool| -> Vec<usize> {
-            let all = samples.iter().enumerate();
-            let matching = all.filter(|(_, sample)| holds(sample));
-            matching.map(|(index, _)| index).collect()
-        };
         let spreads = samples.iter().enumerate();
         let spreads =
             spreads.filter_map(|(index, sample)| Some((index, sample.coefficient_of_variation()?)));
         let most_spread = spreads.max_by(|(_, one), (_, other)| one.total_cmp(other));
-        let unused = samples_where(|sample| sample.status != ReadingStatus::Used);
+        let unused = readings.indices(|sample| sample.status != ReadingStatus::Used);
         let outliers = &fit.selection.outliers;
         let outlier = |sample: &usize| {
             let reading = &samples[*sample];
@@ -191,12 +185,12 @@ impl ReadingSummary {
                     status: samples[sample].status,
                 })
                 .collect(),
-            saturated: samples_where(|sample| sample.brdf.saturated),
-            no_light: samples_where(|sample| {
+            saturated: readings.indices(|sample| sample.brdf.saturated),
+            no_light: readings.indices(|sample| {
                 let mean = sample.brdf.mean();
                 mean.is_some_and(|mean| mean.into_iter().all(|value| value <= 0.0))
             }),
-            repeated: samples_where(|sample| sample.brdf.count > 1).len(),
+            repeated: readings.indices(|sample| sample.brdf.count > 1).len(),
             largest_spread: most_spread.map(|(_, spread)| spread),
             most_spread: most_spread.map(|(index, _)| index),
             outliers: outliers.samples.iter().filter_map(outlier).collect(),
@@ -269,9 +263,7 @@ impl Fit {
         let posterior = &self.selection.posterior;
         let deviations = posterior.deviations(self.material.fitted(), readings.pattern());
         for (index, (sample, deviation)) in readings.samples.iter().zip(deviations).enumerate() {
-            let arms = IsotropicAngles::from_angles(sample.angles.map(f64::from));
-            let phi = arms.phi.rem_euclid(std::f64::consts::TAU);
-            let [theta_i, theta_o, phi] = [arms.theta_i, arms.theta_o, phi].map(f64::to_degrees);
+            let [theta_i, _, theta_o, phi] = relative_arms(sample.angles).to_array();
             let spread = sample.coefficient_of_variation();
             let prediction = sample.prediction;
             let rgb = |rgb: Option<[f32; 3]>| match rgb {

@@ -19,7 +19,7 @@ const MAX_BANDS: usize = 128;
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct LabReading {
     /// The line of the file, or the index in an array, from 0.
-    pub line: u64,
+    pub line: usize,
     /// The index of the recipe's sample, from 0, if it is stated.
     pub index: Option<usize>,
     /// Rusinkiewicz angles in radians, if the directions are stated.
@@ -36,19 +36,19 @@ pub struct LabReading {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Rows {
     /// The file, or the name of the array.
-    pub(super) path: PathBuf,
+    pub path: PathBuf,
+    /// The wavelengths of bands in nm, in ascending order; empty for readings in RGB.
+    pub wavelengths: Vec<f32>,
+    /// The readings, without empty rows.
+    pub readings: Vec<LabReading>,
     /// True if the readings are from an array.
     is_array: bool,
     /// True if one column has the numbers of red, green and blue.
     is_monochrome: bool,
-    /// The wavelengths of bands in nm; empty if there are none.
-    wavelengths: Vec<f32>,
     /// The weights of bands in red, green and blue.
     weights: Vec<[f64; 3]>,
     /// The line and the lowercase text of each entry in the column `quantity` that differs from those above.
-    quantities: Vec<(u64, String)>,
-    /// The readings, without empty rows.
-    readings: Vec<LabReading>,
+    pub(super) quantities: Vec<(usize, String)>,
 }
 
 impl Rows {
@@ -68,28 +68,23 @@ impl Rows {
         let bands = table.bands();
         let wavelengths: Vec<f32> = bands.iter().map(|(_, wavelength)| *wavelength).collect();
         let mut all = Self::new(path.into(), false, wavelengths);
-        all.is_monochrome = match (
-            table.has(&CHANNELS),
-            table.has(&[MONOCHROME]),
-            bands.is_empty(),
-        ) {
-            (true, false, true) | (false, false, false) => false,
-            (false, true, true) => true,
-            (has_rgb, ..) => {
-                let defect = if has_rgb || !bands.is_empty() {
-                    "which hold two sets of readings; keep"
-                } else {
-                    "none of which holds readings; add"
-                };
-                return Err(table.columns_error(&format!(
-                    "{defect} r, g, b, or value for a sensor with one channel, or wavelengths in nm such as 390nm"
-                )));
-            }
-        };
+        all.is_monochrome = table.has(&[MONOCHROME]);
+        let sets = [table.has(&CHANNELS), all.is_monochrome, !bands.is_empty()];
+        let count = sets.into_iter().filter(|set| *set).count();
+        if count != 1 {
+            let defect = if count == 0 {
+                "none of which holds readings; add"
+            } else {
+                "which hold two sets of readings; keep"
+            };
+            return Err(table.columns_error(&format!(
+                "{defect} r, g, b, or value for a sensor with one channel, or wavelengths in nm such as 390nm"
+            )));
+        }
         if !all.wavelengths.is_sorted_by(|one, other| one < other) || bands.len() > MAX_BANDS {
             return Err(table.file_error(format!(
                 "line {} names {} bands; give at most {MAX_BANDS}, each wavelength once",
-                table.header_line,
+                table.layout.line,
                 bands.len()
             )));
         }
@@ -101,49 +96,49 @@ impl Rows {
         table.check_value_units()?;
         let angles = match angles {
             Some(columns) => columns.parse_all(&table, args)?,
-            None => vec![None; table.rows().len()],
+            None => vec![None; table.rows.len()],
         };
-        let Some(first) = table.rows().first() else {
+        let Some(first) = table.rows.first() else {
             return Err(table.file_error(format!(
                 "it has no rows below line {}; add the readings",
-                table.header_line
+                table.layout.line
             )));
         };
         // Such as `trainer query` writes.
         let material = table.cell(first, "material");
-        for (row, angles) in table.rows().iter().zip(angles) {
+        for (row, angles) in table.rows.iter().zip(angles) {
             let other = table.cell(row, "material");
             if other != material {
-                return Err(table.line_error(
-                    row.line,
-                    &format!(
-                        "column material: it is {}, but the rows above are of {}; give one file per material",
-                        escaped(other),
-                        escaped(material)
-                    ),
-                ));
+                let message = format!(
+                    "column material: it is {}, but the rows above are of {}; give one file per material",
+                    escaped(other),
+                    escaped(material)
+                );
+                return Err(table.line_error(row.line, &message));
             }
             let mut quantity = table.cell(row, "quantity").to_lowercase();
             // ASTM's name, which the options accept as well.
             if quantity == "brdf-cos" {
                 quantity = "brdf-cos-o".to_owned();
             }
-            let is_known = |(_, known): &(u64, String)| *known == quantity;
+            let is_known = |(_, known): &(usize, String)| *known == quantity;
             if !quantity.is_empty() && !all.quantities.iter().any(is_known) {
                 all.quantities.push((row.line, quantity));
             }
-            all.push(read_row(&table, row, &columns, angles)?);
+            all.readings.push(read_row(&table, row, &columns, angles)?);
         }
-        Ok(all)
+        Ok(all.without_empty_rows())
     }
 
     /// Takes readings from an array of this name. Those without numbers are missing. `wavelengths` are those of bands in
     /// nm, in ascending order; none for RGB.
     #[must_use]
     pub fn from_array(name: &str, wavelengths: Vec<f32>, readings: Vec<LabReading>) -> Self {
-        let mut all = Self::new(name.into(), true, wavelengths);
-        readings.into_iter().for_each(|reading| all.push(reading));
-        all
+        let all = Self {
+            readings,
+            ..Self::new(name.into(), true, wavelengths)
+        };
+        all.without_empty_rows()
     }
 
     fn new(path: PathBuf, is_array: bool, wavelengths: Vec<f32>) -> Self {
@@ -158,28 +153,9 @@ impl Rows {
         }
     }
 
-    fn push(&mut self, reading: LabReading) {
-        if !reading.numbers.is_empty() {
-            self.readings.push(reading);
-        }
-    }
-
-    /// Returns the file, or the name of the array.
-    #[must_use]
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Returns the readings.
-    #[must_use]
-    pub fn readings(&self) -> &[LabReading] {
-        &self.readings
-    }
-
-    /// Returns the wavelengths of bands in nm, in ascending order; none for readings in RGB.
-    #[must_use]
-    pub fn wavelengths(&self) -> &[f32] {
-        &self.wavelengths
+    fn without_empty_rows(mut self) -> Self {
+        self.readings.retain(|reading| !reading.numbers.is_empty());
+        self
     }
 
     /// Returns the columns of red, green and blue.
@@ -202,11 +178,6 @@ impl Rows {
         weighted_sums(numbers, &self.weights).map(|sum| sum as f32)
     }
 
-    /// Returns the first entry in the column `quantity`.
-    pub(super) fn stated_quantity(&self) -> Option<&str> {
-        self.quantities.first().map(|(_, name)| &name[..])
-    }
-
     /// Checks that no row states a quantity other than `name`.
     ///
     /// # Errors
@@ -225,12 +196,12 @@ impl Rows {
     }
 
     /// Returns an error that concerns one row.
-    pub(super) fn line_error(&self, line: u64, message: &str) -> TableError {
+    pub(super) fn line_error(&self, line: usize, message: &str) -> TableError {
         self.file_error(self.at_line(line, message))
     }
 
     /// Returns a message that concerns one row.
-    pub(super) fn at_line(&self, line: u64, message: &str) -> String {
+    pub(super) fn at_line(&self, line: usize, message: &str) -> String {
         let label = if self.is_array { "row" } else { "line" };
         format!("{label} {line}, {message}")
     }
@@ -251,12 +222,10 @@ impl Rows {
         };
         let (name, number) = (self.channels()[channel], self.rgb(reading)[channel]);
         let text = error.code.text();
-        self.line_error(
-            reading.line,
-            &format!(
-                "column {name}: {number} is invalid, because {text}; correct the row or remove it"
-            ),
-        )
+        let message = format!(
+            "column {name}: {number} is invalid, because {text}; correct the row or remove it"
+        );
+        self.line_error(reading.line, &message)
     }
 
     /// Returns an error that concerns all rows.

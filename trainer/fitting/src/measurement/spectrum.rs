@@ -93,13 +93,8 @@ impl SpectrumReport {
             names("fitted_")
         );
         for reading in &self.readings {
-            let Angles {
-                theta_h,
-                theta_d,
-                phi_d,
-            } = reading.angles;
-            let degrees =
-                [theta_h, theta_d, phi_d].map(|angle| format!("{:.5}", angle.to_degrees()));
+            let degrees = reading.angles.map(f32::to_degrees).to_array();
+            let degrees = degrees.map(|angle| format!("{angle:.5}"));
             let spectra = reading.spectra.iter().flatten();
             csv += &format!(
                 "{},brdf,{:.2},{},{},{:.3}{}\n",

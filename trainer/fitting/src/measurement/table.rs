@@ -8,7 +8,7 @@ use glimpse_materials::untrusted::{escaped, escaped_start, read_at_most};
 
 use super::layout::{
     AngleUnit, DEGREES, Layout, PER_STERADIAN, RADIANS, Unit, is_known, is_number, is_value,
-    may_separate_thousands, reader, row_of_units, tabulated, wavelength,
+    may_separate_thousands, reader, tabulated, wavelength,
 };
 
 /// The maximum size of a file in bytes, which holds more than a million rows.
@@ -33,29 +33,19 @@ pub enum TableError {
         /// The line and column, the problem, and the remedy.
         message: String,
     },
-    /// Readings are at other directions than those of a recipe.
-    #[error("{}: {message}; fit them with a recipe of `--samples any`", path.display())]
-    OffPattern {
-        /// The file.
-        path: PathBuf,
-        /// The line, and its distance from the nearest sample.
-        message: String,
-    },
 }
 
 /// A table: the column names in lowercase, and the rows. Numbers have decimal points.
 pub(super) struct Table {
     path: PathBuf,
-    header: StringRecord,
-    /// The line of column names, from 1.
-    pub(super) header_line: u64,
-    units: Vec<Unit>,
-    rows: Vec<Row>,
+    pub(super) layout: Layout,
+    /// All rows below the names.
+    pub(super) rows: Vec<Row>,
 }
 
 /// A row and the line of the file on which it begins.
 pub(super) struct Row {
-    pub(super) line: u64,
+    pub(super) line: usize,
     cells: StringRecord,
 }
 
@@ -76,25 +66,25 @@ impl Table {
     fn parse_text(path: &Path, bytes: &[u8]) -> Result<Self, String> {
         let text = decode(bytes)?;
         let layout = Layout::find(&text)?;
-        let (names, header_line) = (layout.names, layout.line);
-        for (index, name) in names.iter().enumerate() {
-            if is_known(name) && names[..index].contains(name) {
+        let (line_of_names, count) = (layout.line, layout.names.len());
+        for (index, name) in layout.names.iter().enumerate() {
+            if is_known(name) && layout.names[..index].contains(name) {
                 return Err(format!(
-                    "line {header_line} names two columns {name}; remove or rename one"
+                    "line {line_of_names} names two columns {name}; remove or rename one"
                 ));
             }
         }
+        let below_names = text.splitn(line_of_names + 1, '\n').nth(line_of_names);
+        let separator = layout.separator;
+        let text = tabulated(below_names.unwrap_or_default(), separator);
         let mut table = Self {
             path: path.into(),
-            header: StringRecord::from(names.clone()),
-            header_line,
-            units: layout.units,
+            layout,
             rows: Vec::new(),
         };
-        let text = tabulated(layout.rows, layout.separator);
-        for record in reader(&text, layout.separator).records() {
+        for record in reader(&text, separator).records() {
             let record = record.map_err(|error| error.to_string())?;
-            let line = header_line + line_number(&text, record.position());
+            let line = line_of_names + line_number(&text, record.position());
             if record.iter().any(|cell| cell.contains('\n')) {
                 return Err(format!(
                     "line {line} has a quotation mark that is not closed; remove it"
@@ -109,25 +99,18 @@ impl Table {
             if used == 0 || first.starts_with('#') && !is_error {
                 continue;
             }
-            let count = names.len();
             if used > count || cells.len() < count {
                 return Err(format!(
-                    "line {line} has {} cells, but line {header_line} names {count} columns; give every row {count} \
+                    "line {line} has {} cells, but line {line_of_names} names {count} columns; give every row {count} \
                      cells, and use decimal points instead of commas",
                     used.max(cells.len().min(count)),
                 ));
             }
             let cells = &cells[..count];
-            let units = if table.rows.is_empty() {
-                row_of_units(line, &names, cells)
-            } else {
-                Vec::new()
-            };
-            if units.is_empty() {
+            if !table.rows.is_empty() || !table.layout.add_units(line, cells) {
                 let cells = cells.into();
                 table.rows.push(Row { line, cells });
             }
-            table.units.extend(units);
         }
         table.replace_decimal_commas()?;
         Ok(table)
@@ -135,8 +118,9 @@ impl Table {
 
     /// Replaces decimal commas by decimal points, if no comma can separate thousands.
     fn replace_decimal_commas(&mut self) -> Result<(), String> {
-        let columns: Vec<usize> = (0..self.header.len())
-            .filter(|column| is_number(&self.header[*column]))
+        let names = &self.layout.names;
+        let columns: Vec<usize> = (0..names.len())
+            .filter(|column| is_number(&names[*column]))
             .collect();
         let find = |condition: fn(&str) -> bool| {
             let mut cells = self
@@ -155,7 +139,7 @@ impl Table {
                 "line {}, column {}: the comma of `{}` may separate decimals or thousands; write all numbers with \
                  decimal points, and without separators of thousands",
                 row.line,
-                &self.header[column],
+                names[column],
                 escaped(&row.cells[column])
             ));
         }
@@ -176,17 +160,15 @@ impl Table {
     /// If a unit is unknown, or differs from another one.
     pub(super) fn angle_unit(&self, columns: &[&str]) -> Result<Option<AngleUnit>, TableError> {
         let mut stated = None;
-        for Unit { line, column, text } in &self.units {
-            if !columns.contains(&&column[..]) {
-                continue;
-            }
-            let unit = match &text[..] {
+        let units = self.layout.units.iter();
+        for unit in units.filter(|unit| columns.contains(&&unit.column[..])) {
+            let angle_unit = match &unit.text[..] {
                 text if DEGREES.contains(&text) => AngleUnit::Degrees,
                 text if RADIANS.contains(&text) => AngleUnit::Radians,
-                _ => return Err(self.unit_error(*line, column, text, "deg or rad")),
+                _ => return Err(self.unit_error(unit, "deg or rad")),
             };
-            if *stated.get_or_insert(unit) != unit {
-                return Err(self.unit_error(*line, column, text, "the same unit in all columns"));
+            if *stated.get_or_insert(angle_unit) != angle_unit {
+                return Err(self.unit_error(unit, "the same unit in all columns"));
             }
         }
         Ok(stated)
@@ -194,57 +176,42 @@ impl Table {
 
     /// Checks that the stated units of readings are those of a BRDF, or none.
     pub(super) fn check_value_units(&self) -> Result<(), TableError> {
-        let none = ["1", "-"];
-        let is_wrong = |unit: &&Unit| {
+        let units = self.layout.units.iter();
+        for unit in units.filter(|unit| is_value(&unit.column)) {
             let text = &unit.text[..];
             let is_wavelength = text == "nm" && wavelength(&unit.column).is_some();
-            let is_known = PER_STERADIAN.contains(&text) || none.contains(&text) || is_wavelength;
-            is_value(&unit.column) && !is_known
-        };
-        match self.units.iter().find(is_wrong) {
-            Some(Unit { line, column, text }) => Err(self.unit_error(
-                *line,
-                column,
-                text,
-                "1/sr, or no unit and the quantity of the readings as an option",
-            )),
-            None => Ok(()),
+            if !PER_STERADIAN.contains(&text) && !["1", "-"].contains(&text) && !is_wavelength {
+                let remedy = "1/sr, or no unit and the quantity of the readings as an option";
+                return Err(self.unit_error(unit, remedy));
+            }
         }
+        Ok(())
     }
 
-    fn unit_error(&self, line: u64, column: &str, unit: &str, remedy: &str) -> TableError {
-        self.line_error(
-            line,
-            &format!(
-                "column {column}: its unit is `{}`; give {remedy}",
-                escaped(unit)
-            ),
-        )
+    fn unit_error(&self, Unit { line, column, text }: &Unit, remedy: &str) -> TableError {
+        let text = escaped(text);
+        let message = format!("column {column}: its unit is `{text}`; give {remedy}");
+        self.line_error(*line, &message)
     }
 
     /// Returns the names and the wavelengths in nm of the columns of bands, in ascending order of wavelengths.
     pub(super) fn bands(&self) -> Vec<(String, f32)> {
-        let bands = self.header.iter();
-        let bands = bands.filter_map(|name| Some((name.to_owned(), wavelength(name)?)));
+        let names = self.layout.names.iter();
+        let bands = names.filter_map(|name| Some((name.to_owned(), wavelength(name)?)));
         let mut bands: Vec<(String, f32)> = bands.collect();
         bands.sort_by(|(_, one), (_, other)| one.total_cmp(other));
         bands
     }
 
-    /// Returns all rows.
-    pub(super) fn rows(&self) -> &[Row] {
-        &self.rows
-    }
-
     /// Returns true if the table has all columns with these names.
     pub(super) fn has(&self, names: &[&str]) -> bool {
-        let has = |name: &&str| self.header.iter().any(|column| column == *name);
+        let has = |name: &&str| self.layout.names.iter().any(|column| column == name);
         names.iter().all(has)
     }
 
     /// Returns the text of a cell; empty if the column does not exist.
     pub(super) fn cell<'a>(&self, row: &'a Row, column: &str) -> &'a str {
-        let index = self.header.iter().position(|name| name == column);
+        let index = self.layout.names.iter().position(|name| name == column);
         index.map_or("", |index| &row.cells[index])
     }
 
@@ -262,17 +229,15 @@ impl Table {
         }
         cell.parse().map(Some).map_err(|_| {
             let cell = escaped(cell);
-            self.line_error(
-                row.line,
-                &format!("column {column}: `{cell}` is not a valid number; {remedy}"),
-            )
+            let message = format!("column {column}: `{cell}` is not a valid number; {remedy}");
+            self.line_error(row.line, &message)
         })
     }
 
     /// Returns an error that concerns the columns.
     pub(super) fn columns_error(&self, defect: &str) -> TableError {
-        let names = escaped(&self.header.iter().collect::<Vec<_>>().join(", "));
-        let line = self.header_line;
+        let names = escaped(&self.layout.names.join(", "));
+        let line = self.layout.line;
         self.file_error(format!("line {line} names the columns {names}, {defect}"))
     }
 
@@ -285,7 +250,7 @@ impl Table {
     }
 
     /// Returns an error that concerns one line; `message` may begin with the column.
-    pub(super) fn line_error(&self, line: u64, message: &str) -> TableError {
+    pub(super) fn line_error(&self, line: usize, message: &str) -> TableError {
         self.file_error(format!("line {line}, {message}"))
     }
 }
@@ -307,11 +272,8 @@ fn decode(bytes: &[u8]) -> Result<String, String> {
 }
 
 /// Returns the line of a row. The reader's `position` may be at empty lines before the row, which are skipped.
-fn line_number(text: &str, position: Option<&Position>) -> u64 {
-    let Some(position) = position else {
-        return 1;
-    };
-    let offset = usize::try_from(position.byte()).unwrap_or(usize::MAX);
-    let rest = text.as_bytes().get(offset..).unwrap_or_default();
-    position.line() + rest.iter().take_while(|byte| **byte == b'\n').count() as u64
+fn line_number(text: &str, position: Option<&Position>) -> usize {
+    let (byte, line) = position.map_or((0, 1), |position| (position.byte(), position.line()));
+    let rest = text.as_bytes().get(byte as usize..).unwrap_or_default();
+    line as usize + rest.iter().take_while(|byte| **byte == b'\n').count()
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use glimpse_core::error::Error;
 use glimpse_core::recipe::{Contents, FORMAT, METADATA, Recipe};
 use glimpse_core::section::{MAX_COMPONENTS, MAX_SAMPLES, Section};
-use glimpse_materials::basis::{Basis, BasisError};
+use glimpse_materials::basis::BasisError;
 use glimpse_materials::untrusted::read_at_most;
 use serde::Serialize;
 
@@ -80,17 +80,6 @@ impl RecipeFile {
         })
     }
 
-    /// Reads a recipe file and, for the model Linear, the basis next to it.
-    ///
-    /// # Errors
-    /// Fails if one of the files cannot be read, or if the basis belongs to another recipe.
-    pub fn read_with_basis(path: &Path) -> Result<(Self, Option<Basis>), RecipeFileError> {
-        let file = Self::read(path)?;
-        let checksum = file.recipe().basis_checksum();
-        let basis = checksum.map(|checksum| Basis::read(&Basis::path_for(path), checksum));
-        Ok((file, basis.transpose()?))
-    }
-
     /// Parses a recipe's bytes.
     ///
     /// # Errors
@@ -143,15 +132,7 @@ impl RecipeFile {
         &self.metadata
     }
 
-    /// Returns the recipe without metadata, in the form stored in flash.
-    ///
-    /// # Errors
-    /// Never fails in practice, because the recipe was parsed.
-    pub fn stripped(&self) -> Result<Self, RecipeDefect> {
-        self.with_metadata(&Metadata::default())
-    }
-
-    /// Returns the recipe with other metadata.
+    /// Returns the recipe with other metadata. Without any, by default, it has the form that is stored in flash.
     ///
     /// # Errors
     /// Fails if the metadata are invalid.

@@ -16,13 +16,12 @@ pub struct RunIdentity {
 impl RunIdentity {
     /// Returns the plural noun for what differs from another run.
     pub fn difference(&self, other: &Self) -> &'static str {
-        match (
-            self.options == other.options,
-            self.materials == other.materials,
-        ) {
-            (true, _) => "materials",
-            (false, true) => "options",
-            (false, false) => "options and materials",
+        if self.options == other.options {
+            "materials"
+        } else if self.materials == other.materials {
+            "options"
+        } else {
+            "options and materials"
         }
     }
 }

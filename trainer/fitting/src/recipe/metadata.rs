@@ -3,13 +3,11 @@
 //! The section holds [`Metadata`] as [postcard](https://postcard.jamesmunns.com/wire-format) encodes it. A recipe without
 //! the section has [`Metadata::default`].
 
-use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::Identity;
 use serde::{Deserialize, Serialize};
 
 use super::expected_loss::ValidatedLoss;
-use super::noise::Noise;
 use super::options::{OptionsError, TrainedParts, TrainingOptions};
 use crate::choice::Choice;
 use crate::route::Machine;
@@ -89,11 +87,9 @@ impl Metadata {
         if bytes.is_empty() {
             return Ok(Self::default());
         }
-        let decoded = postcard::take_from_bytes(bytes).ok();
-        let (metadata, rest): (Self, _) = decoded.ok_or(MetadataError::Encoding)?;
-        if !rest.is_empty() {
+        let Ok((metadata, [])) = postcard::take_from_bytes::<Self>(bytes) else {
             return Err(MetadataError::Encoding);
-        }
+        };
         if let Some(ValidatedLoss { estimate, .. }) = metadata.expected_loss {
             in_range("expected_loss.loss", estimate.loss, f32::MAX)?;
             let error = estimate.standard_error.unwrap_or_default();
@@ -114,20 +110,6 @@ impl Metadata {
         self.training.as_ref().map(|training| &training.options)
     }
 
-    /// Returns the limits of the machine that the pattern was trained for, in radians; None for no limits.
-    #[must_use]
-    pub fn limits(&self) -> Option<Limits> {
-        let limits = self.options().map(TrainingOptions::limits);
-        limits.filter(|limits| *limits != Limits::NONE)
-    }
-
-    /// Returns the noise of the readings in training; None for no noise.
-    #[must_use]
-    pub fn noise(&self) -> Option<Noise> {
-        let noise = self.options().map(TrainingOptions::noise);
-        noise.filter(|noise| *noise != Noise::default())
-    }
-
     /// Returns the longest time of a scan that the pattern was trained for, in seconds; None for any time.
     #[must_use]
     pub fn scan_seconds(&self) -> Option<f64> {
@@ -138,8 +120,7 @@ impl Metadata {
     #[must_use]
     pub fn machine(&self) -> Machine {
         self.options()
-            .map(TrainingOptions::machine)
-            .unwrap_or_default()
+            .map_or_else(Machine::default, TrainingOptions::machine)
     }
 
     /// Describes the materials of the expected loss in words that follow their number; None if they are unknown.

@@ -7,7 +7,6 @@ pub mod identity;
 mod metadata;
 mod noise;
 pub mod options;
-mod quantize;
 pub mod sections;
 
 pub use file::{RecipeDefect, RecipeFile, RecipeFileError};

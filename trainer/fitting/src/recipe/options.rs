@@ -183,21 +183,16 @@ pub enum OptionsError {
     /// An option has no effect beside the other ones.
     #[error(
         "{} has no effect with {} {model}, {} {}, {} {} and {} {}: remove it",
-        Name(.name), Name("model"), Name("schedule"), .schedule.name(), Name("samples"),
-        if *.samples == 0 { "any".to_owned() } else { samples.to_string() },
-        if .scan_seconds.is_some() { "a number of" } else { "no" }, Name("scan_seconds")
+        Name(.name), Name("model"), Name("schedule"), .options.schedule.name(), Name("samples"),
+        if .options.samples == 0 { "any".to_owned() } else { .options.samples.to_string() },
+        if .options.scan_seconds.is_some() { "a number of" } else { "no" }, Name("scan_seconds"),
+        model = .options.model
     )]
     NoEffect {
         /// The option.
         name: String,
-        /// The model.
-        model: ModelKind,
-        /// The schedule.
-        schedule: Schedule,
-        /// The number of samples.
-        samples: usize,
-        /// The longest time of a scan.
-        scan_seconds: Option<f64>,
+        /// All options.
+        options: Box<TrainingOptions>,
     },
     /// The machine is invalid.
     #[error(transparent)]
@@ -322,8 +317,6 @@ impl TrainingOptions {
         let mut options = match self.schedule {
             Schedule::Prior => Self {
                 parts: plain.parts.clone(),
-                bases: plain.bases,
-                eta: plain.eta,
                 ..self.clone()
             },
             Schedule::Paper => Self {
@@ -334,7 +327,7 @@ impl TrainingOptions {
                 ..plain.clone()
             },
         };
-        if self.model != ModelKind::Linear {
+        if self.schedule == Schedule::Prior || self.model != ModelKind::Linear {
             options.bases = plain.bases;
             options.eta = plain.eta;
         }
@@ -365,13 +358,8 @@ impl TrainingOptions {
             return Err(OptionsError::Samples(self.samples));
         }
         if let Some((name, _)) = self.differences(&self.normalized()).into_iter().next() {
-            return Err(OptionsError::NoEffect {
-                name,
-                model: self.model,
-                schedule: self.schedule,
-                samples: self.samples,
-                scan_seconds: self.scan_seconds,
-            });
+            let options = Box::new(self.clone());
+            return Err(OptionsError::NoEffect { name, options });
         }
         check_range("missing", self.missing(), 0.0..=1.0)?;
         check_range("noise", self.noise, 0.0..=0.5)?;

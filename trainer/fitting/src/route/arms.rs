@@ -32,6 +32,18 @@ pub fn arms_in_degrees(angles: Angles<f32>) -> Arms<f64> {
     arms_at(angles.map(f64::from))
 }
 
+/// Returns [`arms_in_degrees`] after a turn about the normal that brings the light to azimuth 0, and that of the sensor to 0
+/// to 360 degrees. An isotropic BRDF stays the same.
+#[must_use]
+pub fn relative_arms(angles: Angles<f32>) -> Arms<f64> {
+    let arms = arms_in_degrees(angles);
+    Arms {
+        phi_i: 0.0,
+        phi_o: (arms.phi_o - arms.phi_i).rem_euclid(360.0),
+        ..arms
+    }
+}
+
 /// Creates speeds from one number for all axes, or from four; None for another count.
 #[must_use]
 pub fn axis_speeds(speeds: &[f64]) -> Option<Arms<f64>> {
@@ -42,7 +54,7 @@ pub fn axis_speeds(speeds: &[f64]) -> Option<Arms<f64>> {
 }
 
 /// Wraps an angle into the range \[-180, 180\] degrees. An angle within that range is unchanged.
-pub(super) fn wrapped<S: RealScalar>(degrees: S) -> S {
+pub(crate) fn wrapped<S: RealScalar>(degrees: S) -> S {
     let value = degrees.value();
     if (-180.0..=180.0).contains(&value) {
         degrees

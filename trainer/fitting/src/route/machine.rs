@@ -1,13 +1,13 @@
-//! A machine with two arms and the time of its moves.
+//! A machine with two arms, their position, and the time of their moves.
 
 use std::ops::RangeInclusive;
 
-use glimpse_core::geometry::Arms;
+use glimpse_core::geometry::{Angles, Arms};
 use glimpse_core::gonio::Limits;
 use glimpse_kernels::dual::RealScalar;
 use glimpse_materials::setting::Name;
 
-use super::arms::wrapped;
+use super::arms::{arms_in_degrees, wrapped};
 
 /// A machine with two arms.
 ///
@@ -52,6 +52,8 @@ impl Default for Machine {
 
 /// The range of speeds, in degrees per second. Other values are probably typing errors.
 const SPEEDS: RangeInclusive<f64> = 1e-3..=1e6;
+/// The shortest time of a reading, in seconds.
+const MIN_SECONDS: f64 = 1e-3;
 /// The longest time at a sample, in seconds: one day.
 const MAX_SETTLE: f64 = 86_400.0;
 
@@ -151,22 +153,21 @@ impl Machine {
     /// azimuths, wrapped to -180 to 180 degrees.
     pub fn axis_seconds<S: RealScalar>(&self, arms: &Arms<S>) -> AxisSeconds<S> {
         let speeds = &self.speeds;
+        let seconds = |angle: S, speed: f64| angle * S::constant(1.0 / speed);
+        let azimuth = wrapped(arms.phi_o - arms.phi_i);
         [
-            (arms.theta_i, speeds.theta_i),
-            (arms.theta_o, speeds.theta_o),
-            (
-                wrapped(arms.phi_o - arms.phi_i),
-                speeds.phi_i + speeds.phi_o,
-            ),
+            seconds(arms.theta_i, speeds.theta_i),
+            seconds(arms.theta_o, speeds.theta_o),
+            seconds(azimuth, speeds.phi_i + speeds.phi_o),
         ]
-        .map(|(angle, speed)| angle * S::constant(1.0 / speed))
     }
 
     /// Returns the seconds that a full turn of the difference of the azimuths takes; infinite without full turns.
     pub fn turn_seconds(&self) -> f64 {
-        match self.full_turns {
-            true => 360.0 / (self.speeds.phi_i + self.speeds.phi_o),
-            false => f64::INFINITY,
+        if self.full_turns {
+            360.0 / (self.speeds.phi_i + self.speeds.phi_o)
+        } else {
+            f64::INFINITY
         }
     }
 
@@ -174,12 +175,11 @@ impl Machine {
     /// `position` holds the axis positions at `from` with all turns.
     #[must_use]
     pub fn arrival(&self, position: &Arms<f64>, from: &Arms<f64>, to: &Arms<f64>) -> Arms<f64> {
-        let shorter_way = |change: f64| match self.full_turns {
-            true => wrapped(change),
-            false => change,
-        };
         let difference = |arms: &Arms<f64>| wrapped(arms.phi_o - arms.phi_i);
-        let change = shorter_way(difference(to) - difference(from));
+        let mut change = difference(to) - difference(from);
+        if self.full_turns {
+            change = wrapped(change);
+        }
         let change_i = -change * self.speeds.phi_i / (self.speeds.phi_i + self.speeds.phi_o);
         Arms {
             theta_i: to.theta_i,
@@ -187,6 +187,39 @@ impl Machine {
             theta_o: to.theta_o,
             phi_o: position.phi_o + change + change_i,
         }
+    }
+}
+
+/// The position of a machine's arms during a scan whose order is not planned.
+#[derive(Clone, Debug)]
+pub struct Position {
+    machine: Machine,
+    at: AxisSeconds,
+}
+
+impl Position {
+    /// Begins at the start position. The machine must be [valid](Machine::validate).
+    #[must_use]
+    pub fn new(machine: Machine) -> Self {
+        Self {
+            at: machine.axis_seconds(&Machine::START),
+            machine,
+        }
+    }
+
+    /// Returns the time to move to a direction and to read there, in seconds, at least 0.001.
+    #[must_use]
+    pub fn seconds_to(&self, angles: Angles<f32>) -> f64 {
+        let to = self.machine.axis_seconds(&arms_in_degrees(angles));
+        let seconds = move_seconds(self.machine.turn_seconds(), &self.at, &to);
+        (seconds + self.machine.settle).max(MIN_SECONDS)
+    }
+
+    /// Moves to a direction. Returns the time to move and to read, in seconds.
+    pub fn move_to(&mut self, angles: Angles<f32>) -> f64 {
+        let seconds = self.seconds_to(angles);
+        self.at = self.machine.axis_seconds(&arms_in_degrees(angles));
+        seconds
     }
 }
 

@@ -1,7 +1,7 @@
 //! Planning of a route: the order in which the arms of a machine measure a recipe's samples.
 //!
 //! - [`Machine`]: the speeds and limits of the axes, and the treatment of azimuths;
-//! - [`stops`]: the samples with their positions, or the unreachable samples;
+//! - [`stops`]: the positions of the samples, or the unreachable samples;
 //! - [`PlanArgs`]: a request for a plan;
 //! - [`Route`]: the visits, with their times;
 //! - [`Route::to_csv`], [`Route::to_json`] and [`blank_sheet`]: export.
@@ -11,7 +11,6 @@
 
 mod arms;
 mod machine;
-mod position;
 mod request;
 mod search;
 mod sheet;
@@ -20,10 +19,10 @@ mod stop;
 mod tests;
 mod visit;
 
-pub use arms::{arms_at, arms_in_degrees, axis_speeds};
-pub use machine::{Machine, MachineError, move_seconds};
-pub use position::Position;
+pub(crate) use arms::wrapped;
+pub use arms::{arms_at, arms_in_degrees, axis_speeds, relative_arms};
+pub use machine::{Machine, MachineError, Position, move_seconds};
 pub use request::{LimitArgs, MachineArgs, PlanArgs, SpeedArgs};
 pub use sheet::{blank_directions, blank_sheet};
-pub use stop::{OutOfReach, PlanError, Stop, stops};
+pub use stop::{OutOfReach, PlanError, stops};
 pub use visit::{Order, Route, Visit};

@@ -8,8 +8,7 @@ use glimpse_materials::setting::Name;
 use serde::{Deserialize, Serialize};
 
 use super::arms::axis_speeds;
-use super::machine::{Machine, MachineError};
-use super::position::Position;
+use super::machine::{Machine, MachineError, Position};
 use super::stop::{PlanError, stops};
 use super::visit::{Order, Route};
 
@@ -40,44 +39,36 @@ impl LimitArgs {
     /// # Errors
     /// If an angle is out of range, or no pair of directions is within the limits.
     pub fn or(self, default: Limits) -> Result<Limits, MachineError> {
-        // The conversion to radians could round 90 degrees up.
-        let radians = |limit, degrees: f32, right_angles| {
+        let radians = |limit, degrees: Option<f32>, default, right_angles| {
             let max = 90.0 * right_angles;
-            if degrees > 0.0 && degrees <= max {
-                Ok(degrees
+            match degrees {
+                None => Ok(default),
+                // The conversion to radians could round 90 degrees up.
+                Some(degrees) if degrees > 0.0 && degrees <= max => Ok(degrees
                     .to_radians()
-                    .min(right_angles * Limits::NONE.max_theta_i))
-            } else {
-                Err(MachineError::Angle {
+                    .min(right_angles * Limits::NONE.max_theta_i)),
+                Some(degrees) => Err(MachineError::Angle {
                     limit,
                     degrees,
                     max,
-                })
+                }),
             }
         };
-        let mut limits = default;
-        if let Some(degrees) = self.max_theta_i {
-            limits.max_theta_i = radians(Name::MAX_THETA_I, degrees, 1.0)?;
-        }
-        if let Some(degrees) = self.max_theta_o {
-            limits.max_theta_o = radians(Name::MAX_THETA_O, degrees, 1.0)?;
-        }
-        if let Some(degrees) = self.min_separation {
-            limits.min_separation = radians(Name::MIN_SEPARATION, degrees, 2.0)?;
-        }
-        limits.in_plane |= self.in_plane;
+        let (theta_i, theta_o) = (self.max_theta_i, self.max_theta_o);
+        let separation = self.min_separation;
+        let limits = Limits {
+            max_theta_i: radians(Name::MAX_THETA_I, theta_i, default.max_theta_i, 1.0)?,
+            max_theta_o: radians(Name::MAX_THETA_O, theta_o, default.max_theta_o, 1.0)?,
+            min_separation: radians(
+                Name::MIN_SEPARATION,
+                separation,
+                default.min_separation,
+                2.0,
+            )?,
+            in_plane: self.in_plane || default.in_plane,
+        };
         limits.validate()?;
         Ok(limits)
-    }
-
-    /// Returns true if an option was given.
-    #[must_use]
-    pub fn is_given(&self) -> bool {
-        let angles = self
-            .max_theta_i
-            .or(self.max_theta_o)
-            .or(self.min_separation);
-        self.in_plane || angles.is_some()
     }
 }
 
@@ -96,16 +87,8 @@ pub struct SpeedArgs {
     pub settle: Option<f64>,
 }
 
-impl SpeedArgs {
-    /// Returns true if an option was given.
-    #[must_use]
-    pub fn is_given(&self) -> bool {
-        self.speed.is_some() || self.settle.is_some()
-    }
-}
-
 /// Options for a machine.
-#[derive(Args, Clone, Copy, Debug, Default)]
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
 pub struct MachineArgs {
     /// The limits of the arms.
     #[command(flatten)]
@@ -116,12 +99,6 @@ pub struct MachineArgs {
 }
 
 impl MachineArgs {
-    /// Returns true if an option was given.
-    #[must_use]
-    pub fn is_given(&self) -> bool {
-        self.limits.is_given() || self.speeds.is_given()
-    }
-
     /// Returns the machine. `stated` has the values of options that were not given.
     ///
     /// # Errors
@@ -140,7 +117,7 @@ impl MachineArgs {
     /// Returns the arms at the start of a scan, if a speed or a time was given.
     #[must_use]
     pub fn position(&self, machine: Machine) -> Option<Position> {
-        self.speeds.is_given().then(|| Position::new(machine))
+        (self.speeds != SpeedArgs::default()).then(|| Position::new(machine))
     }
 }
 
@@ -175,22 +152,22 @@ impl PlanArgs {
             ..self.machine.machine(stated)?
         };
         let stops = stops(recipe, &machine.limits)?;
-        let order = self.order.unwrap_or_else(|| Order::of_recipe(recipe));
+        let own = if recipe.is_in_path_order() {
+            Order::Progressive
+        } else {
+            Order::Travel
+        };
+        let order = self.order.unwrap_or(own);
         Ok((machine, Route::new(&machine, &stops, order, seed)))
     }
 }
 
-/// Parses numbers that are separated by commas; None if one is malformed or not finite.
-fn list(text: &str) -> Option<Vec<f64>> {
-    let numbers = text.split(',').map(|text| text.trim().parse().ok());
-    numbers
-        .map(|number| number.filter(|number: &f64| number.is_finite()))
-        .collect()
-}
-
 /// Parses one speed for all axes, or four speeds.
 fn speeds(text: &str) -> Result<Arms<f64>, &'static str> {
-    list(text).and_then(|speeds| axis_speeds(&speeds)).ok_or(
+    let numbers = text.split(',').map(|text| text.trim().parse().ok());
+    let numbers = numbers.map(|number| number.filter(|number: &f64| number.is_finite()));
+    let numbers: Option<Vec<f64>> = numbers.collect();
+    numbers.and_then(|speeds| axis_speeds(&speeds)).ok_or(
         "give one number for all axes, or four numbers such as 20,10,20,10, in degrees per second",
     )
 }

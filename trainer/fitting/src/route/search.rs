@@ -3,11 +3,11 @@
 //! Iterated local search: segments of the path are moved until no move makes the path faster. Then neighboring segments
 //! are exchanged at random and the local search runs again. Its result replaces the path unless it is slower.
 
+use glimpse_core::geometry::Arms;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::machine::{AxisSeconds, Machine, move_seconds};
-use super::stop::Stop;
 
 /// A number of moves to evaluate. The limit is a count and not a time, so that a seed determines the route.
 pub(super) struct Effort {
@@ -45,9 +45,14 @@ pub(super) struct Points {
     stops: Vec<AxisSeconds>,
 }
 
+/// Returns the moves of a path. The first one is from the start position.
+pub(super) fn moves(path: &[usize]) -> impl Iterator<Item = (Option<&usize>, &usize)> {
+    std::iter::once(None).chain(path.iter().map(Some)).zip(path)
+}
+
 impl Points {
-    pub(super) fn new(machine: &Machine, stops: &[Stop]) -> Self {
-        let seconds = stops.iter().map(|stop| machine.axis_seconds(&stop.arms));
+    pub(super) fn new(machine: &Machine, stops: &[Arms<f64>]) -> Self {
+        let seconds = stops.iter().map(|arms| machine.axis_seconds(arms));
         Self {
             start: machine.axis_seconds(&Machine::START),
             turn: machine.turn_seconds(),
@@ -64,9 +69,7 @@ impl Points {
 
     /// Returns the travel time of a path from the start position, in seconds.
     pub(super) fn path_seconds(&self, path: &[usize]) -> f64 {
-        let from = std::iter::once(None).chain(path.iter().map(Some));
-        let moves = from.zip(path);
-        moves.fold(0.0, |sum, (from, to)| {
+        moves(path).fold(0.0, |sum, (from, to)| {
             sum + self.seconds_between(from, Some(to))
         })
     }

@@ -1,7 +1,5 @@
 //! Export of a route as CSV, JSON, and a blank sheet for readings.
 
-use std::fmt::Write as _;
-
 use glimpse_core::geometry::Arms;
 use serde_json::{Value, json};
 
@@ -24,14 +22,8 @@ fn csv_angles(arms: &Arms<f64>) -> String {
 fn csv_rows(header: &str, visits: &[Visit], last_cells: impl Fn(&Visit) -> String) -> String {
     let mut csv = format!("index,{},{header}\n", Arms::NAMES.join(","));
     for visit in visits {
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            csv,
-            "{},{},{}",
-            visit.index,
-            csv_angles(&visit.arms),
-            last_cells(visit)
-        );
+        let (index, angles) = (visit.index, csv_angles(&visit.arms));
+        csv += &format!("{index},{angles},{}\n", last_cells(visit));
     }
     csv
 }
@@ -70,24 +62,13 @@ impl Route {
     /// degrees, times in seconds.
     #[must_use]
     pub fn to_json(&self, machine: &Machine) -> Value {
-        let axes = |axes: &Arms<f64>| -> Value {
-            let named = Arms::NAMES.into_iter().zip(axes.to_array());
-            named
-                .map(|(name, value)| (name.to_owned(), json!(round(value))))
-                .collect()
-        };
+        let axes = |axes: &Arms<f64>| json!(axes.map(round));
         let limits = &machine.limits;
         let degrees = |radians: f32| round(f64::from(radians).to_degrees());
-        let visits: Vec<Value> = self
-            .visits
-            .iter()
-            .map(|visit| {
-                let mut row = axes(&visit.arms);
-                row["index"] = json!(visit.index);
-                row["seconds"] = json!(visit.seconds);
-                row
-            })
-            .collect();
+        let visits = self.visits.iter().map(|visit| Visit {
+            arms: visit.arms.map(round),
+            ..*visit
+        });
         json!({
             "order": self.order,
             "samples": self.visits.len(),
@@ -104,7 +85,7 @@ impl Route {
                 "min_separation": degrees(limits.min_separation),
                 "in_plane": limits.in_plane,
             },
-            "visits": visits,
+            "visits": visits.collect::<Vec<_>>(),
         })
     }
 }

@@ -9,15 +9,6 @@ use glimpse_materials::setting::Name;
 use super::arms::arms_in_degrees;
 use super::machine::MachineError;
 
-/// A sample and the position in which it is measured.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stop {
-    /// The sample's index in the recipe's pattern, from 0.
-    pub index: usize,
-    /// The directions of the arms in degrees: polar angles of 0 to 90, azimuths of -180 to 180.
-    pub arms: Arms<f64>,
-}
-
 /// A sample that a machine cannot reach.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
@@ -53,17 +44,17 @@ pub enum PlanError {
     },
 }
 
-/// Returns the recipe's samples, in the recipe's order.
+/// Returns the directions of the arms in degrees at each sample: polar angles of 0 to 90, azimuths of -180 to 180.
 ///
 /// # Errors
 /// All unreachable samples.
-pub fn stops(recipe: &Recipe<'_>, limits: &Limits) -> Result<Vec<Stop>, PlanError> {
+pub fn stops(recipe: &Recipe<'_>, limits: &Limits) -> Result<Vec<Arms<f64>>, PlanError> {
     let mut stops = Vec::new();
     let mut missed = Vec::new();
     for (angles, (index, directions)) in recipe.pattern().zip(recipe.directions()) {
         let (index, arms) = (usize::from(index), arms_in_degrees(angles));
         match limits.check(&directions) {
-            Ok(()) => stops.push(Stop { index, arms }),
+            Ok(()) => stops.push(arms),
             Err(reason) => missed.push(OutOfReach {
                 index,
                 arms,

@@ -8,18 +8,15 @@ use rand_chacha::ChaCha8Rng;
 use super::search::{Effort, Points};
 use super::*;
 
-fn random_stops(count: usize, random: &mut ChaCha8Rng) -> Vec<Stop> {
+fn random_stops(count: usize, random: &mut ChaCha8Rng) -> Vec<Arms<f64>> {
     let mut draw = |min: f64, max: f64| random.random_range(min..max);
-    let stop = |index| Stop {
-        index,
-        arms: Arms::from_array([
-            draw(0.0, 90.0),
-            draw(-180.0, 180.0),
-            draw(0.0, 90.0),
-            draw(-180.0, 180.0),
-        ]),
+    let mut stop = || Arms {
+        theta_i: draw(0.0, 90.0),
+        phi_i: draw(-180.0, 180.0),
+        theta_o: draw(0.0, 90.0),
+        phi_o: draw(-180.0, 180.0),
     };
-    (0..count).map(stop).collect()
+    (0..count).map(|_| stop()).collect()
 }
 
 /// The speed of the light's azimuth in [`machines`], in degrees per second.
@@ -108,7 +105,7 @@ fn agrees_with_device_implementation() {
         let route = Route::new(&machine, &stops, Order::Progressive, 0);
         let (mut position, mut previous_seconds) = (Machine::START, 0.0);
         for (visit, stop) in route.visits.iter().zip(&stops) {
-            let to = radians(&stop.arms).directions();
+            let to = radians(stop).directions();
             let nearest = device
                 .nearest(std::iter::once((0, to)), &radians(&position))
                 .expect("the sample is within reach");
@@ -135,7 +132,7 @@ fn axis_positions_match_sample_directions() {
     for machine in machines() {
         let stops = random_stops(12, &mut random);
         for visit in Route::new(&machine, &stops, Order::Travel, 0).visits {
-            let expected = stops[visit.index].arms;
+            let expected = stops[visit.index];
             assert_eq!(
                 (visit.arms.theta_i, visit.arms.theta_o),
                 (expected.theta_i, expected.theta_o)

@@ -5,8 +5,8 @@ use glimpse_core::recipe::Recipe;
 use serde::Serialize;
 
 use super::machine::Machine;
-use super::search::{self, Effort, Points};
-use super::stop::{Stop, stops};
+use super::search::{self, Effort, Points, moves};
+use super::stop::stops;
 
 /// The order in which samples are visited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
@@ -18,24 +18,14 @@ pub enum Order {
     Progressive,
 }
 
-impl Order {
-    /// Returns the order in which a recipe is best scanned: its own if that is a fast path, otherwise [`Order::Travel`].
-    #[must_use]
-    pub fn of_recipe(recipe: &Recipe<'_>) -> Self {
-        match recipe.is_in_path_order() {
-            true => Self::Progressive,
-            false => Self::Travel,
-        }
-    }
-}
-
 /// One sample of a route.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Visit {
     /// The sample's index in the recipe's pattern, from 0.
     pub index: usize,
     /// The axis positions in degrees. Azimuths continue from the start position, and may leave the range -180 to 180 if
     /// the machine makes full turns.
+    #[serde(flatten)]
     pub arms: Arms<f64>,
     /// The time when the sample has been read and the arms may move on, in seconds after the start.
     pub seconds: f64,
@@ -55,17 +45,16 @@ pub struct Route {
 }
 
 impl Route {
-    /// Plans the scan of a recipe quickly. None if the machine is invalid, or a sample exceeds its limits.
+    /// Plans the scan of a recipe quickly. None if a sample exceeds the limits of the machine.
     #[must_use]
     pub fn of_recipe(recipe: &Recipe<'_>, machine: &Machine, order: Order) -> Option<Self> {
-        machine.validate().ok()?;
         let stops = stops(recipe, &machine.limits).ok()?;
         Some(Self::quick(machine, &stops, order))
     }
 
     /// Plans a route through all stops within milliseconds. The machine must be [valid](Machine::validate).
     #[must_use]
-    pub fn quick(machine: &Machine, stops: &[Stop], order: Order) -> Self {
+    pub fn quick(machine: &Machine, stops: &[Arms<f64>], order: Order) -> Self {
         Self::plan(machine, stops, order, &search::QUICK, 0)
     }
 
@@ -74,19 +63,37 @@ impl Route {
     ///
     /// The machine must be [valid](Machine::validate).
     #[must_use]
-    pub fn new(machine: &Machine, stops: &[Stop], order: Order, seed: u64) -> Self {
+    pub fn new(machine: &Machine, stops: &[Arms<f64>], order: Order, seed: u64) -> Self {
         Self::plan(machine, stops, order, &search::THOROUGH, seed)
     }
 
-    fn plan(machine: &Machine, stops: &[Stop], order: Order, effort: &Effort, seed: u64) -> Self {
+    fn plan(
+        machine: &Machine,
+        stops: &[Arms<f64>],
+        order: Order,
+        effort: &Effort,
+        seed: u64,
+    ) -> Self {
         let points = Points::new(machine, stops);
         let path = match order {
             Order::Progressive => (0..stops.len()).collect(),
             Order::Travel => points.fastest_path(effort, seed),
         };
+        let (mut position, mut seconds) = (Machine::START, 0.0);
+        let visits = moves(&path).map(|(from, to)| {
+            let previous_arms = from.map_or(&Machine::START, |from| &stops[*from]);
+            position = machine.arrival(&position, previous_arms, &stops[*to]);
+            seconds += points.seconds_between(from, Some(to)) + machine.settle;
+            Visit {
+                index: *to,
+                arms: position,
+                seconds,
+            }
+        });
+        let visits = visits.collect();
         Self {
             order,
-            visits: visits(machine, stops, &points, &path),
+            visits,
             travel: points.path_seconds(&path),
             settling: machine.settle * stops.len() as f64,
         }
@@ -97,24 +104,4 @@ impl Route {
     pub fn total(&self) -> f64 {
         self.travel + self.settling
     }
-}
-
-/// Converts a path of indices of `stops` to visits, with axis positions and times.
-fn visits(machine: &Machine, stops: &[Stop], points: &Points, path: &[usize]) -> Vec<Visit> {
-    let (mut position, mut previous_arms) = (Machine::START, Machine::START);
-    let (mut previous, mut seconds) = (None, 0.0);
-    let mut visits = Vec::with_capacity(path.len());
-    for point in path {
-        let Stop { index, arms } = stops[*point];
-        position = machine.arrival(&position, &previous_arms, &arms);
-        previous_arms = arms;
-        seconds += points.seconds_between(previous, Some(point)) + machine.settle;
-        previous = Some(point);
-        visits.push(Visit {
-            index,
-            arms: position,
-            seconds,
-        });
-    }
-    visits
 }

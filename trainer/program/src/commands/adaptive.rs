@@ -41,7 +41,7 @@ impl AdaptiveArgs {
         let args = &self.machine;
         let Some(samples) = self.adaptive else {
             ensure!(
-                !args.is_given(),
+                *args == MachineArgs::default(),
                 "limits, --in-plane, --speed and --settle have no effect without --adaptive: remove them"
             );
             return Ok(None);

@@ -84,7 +84,7 @@ mod tests {
         assert!(!is_built_in(&[built_in, files]) && !is_built_in(&[]));
 
         let bundled = bundled::find("neural-n8").expect("a bundled recipe");
-        let recipe = bundled.recipe().expect("a valid recipe");
+        let recipe = bundled.recipe();
         let losses = bundled.losses().expect("recorded losses");
         let caution = caution(&recipe)
             .expect("valid metadata")

@@ -6,6 +6,7 @@ use anyhow::{Context, bail, ensure};
 use clap::Args;
 use glimpse_fitting::export::{to_c, to_json};
 use glimpse_fitting::linear::{COMPACT_COMPONENTS, COMPACT_NODES, to_compact_bytes};
+use glimpse_fitting::recipe::Metadata;
 use glimpse_materials::basis::Basis;
 
 use super::geometry::GeometryArgs;
@@ -67,10 +68,11 @@ impl Export {
             bail!("--components has no effect: give --format basis, or remove it");
         }
         refuse_recipe(&self.out, &self.recipe)?;
-        let file = self.geometry.read_file(&self.recipe)?;
+        let mut file = self.geometry.read_file(&self.recipe)?;
+        if self.strip {
+            file = file.with_metadata(&Metadata::default())?.into();
+        }
         let bytes = match self.format {
-            Format::Postcard if self.strip => file.stripped()?.bytes().to_vec(),
-            Format::C if self.strip => to_c(&file.stripped()?).into_bytes(),
             Format::C => to_c(&file).into_bytes(),
             Format::Postcard => file.bytes().to_vec(),
             Format::Basis => self.compact_basis()?,

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glimpse_core::fit::Estimator;
+use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::Recipe;
 use glimpse_fitting::export::to_json;
 use glimpse_fitting::measurement::NamedRecipe;
@@ -127,7 +128,10 @@ fn describe_metadata(recipe: &Recipe<'_>, metadata: &Metadata) -> Result<Vec<Ite
         let loss = expected_loss(recipe)?.unwrap_or_else(unstated);
         (loss, describe_scan(recipe, metadata))
     };
-    let limits = metadata.limits().map_or_else(unstated, describe);
+    let limits = match metadata.machine().limits {
+        limits if limits == Limits::NONE => unstated(),
+        limits => describe(limits),
+    };
     let mut items = vec![("expected loss", loss), ("limits", limits), ("scan", scan)];
     if let Some(training) = &metadata.training {
         let (data, options) = (&training.data, &training.options);

@@ -8,7 +8,7 @@ use clap::Args;
 use glimpse_core::geometry::Arms;
 use glimpse_fitting::linear::{Posterior, Proposal};
 use glimpse_fitting::measurement::NamedRecipe;
-use glimpse_fitting::route::{MachineArgs, arms_in_degrees, blank_directions};
+use glimpse_fitting::route::{MachineArgs, blank_directions, relative_arms};
 use serde::Serialize;
 
 use super::fit::options::ReadingArgs;
@@ -145,7 +145,7 @@ impl Next {
         );
         let has_seconds = self.machine.position(machine).is_some();
         let direction = |proposal: &Proposal| Direction {
-            arms: position_of(proposal),
+            arms: relative_arms(proposal.angles),
             seconds: has_seconds.then_some(proposal.seconds),
             expected_loss: proposal.expected_loss,
             bound: proposal.bound,
@@ -159,7 +159,9 @@ impl Next {
             directions: proposals.iter().map(direction).collect(),
         };
         if let (Some(path), false) = (&self.blank, proposals.is_empty()) {
-            let arms = proposals.iter().map(position_of);
+            let arms = proposals
+                .iter()
+                .map(|proposal| relative_arms(proposal.angles));
             let sheet = blank_directions(&arms.collect::<Vec<_>>());
             let sheet = if is_appended {
                 appended(path, &sheet)?
@@ -194,16 +196,6 @@ fn appended(path: &Path, sheet: &str) -> anyhow::Result<String> {
         }
     }
     Ok(text + "\n")
-}
-
-/// Returns the position of the arms in degrees, with the light at the azimuth 0: only the difference matters.
-fn position_of(proposal: &Proposal) -> Arms<f64> {
-    let arms = arms_in_degrees(proposal.angles);
-    Arms {
-        phi_i: 0.0,
-        phi_o: (arms.phi_o - arms.phi_i).rem_euclid(360.0),
-        ..arms
-    }
 }
 
 /// The columns of the table of proposals: positions in degrees.

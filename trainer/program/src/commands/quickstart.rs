@@ -90,7 +90,7 @@ impl Quickstart {
 
         let by_samples = RECIPES_BY_SAMPLES.map(|name| method(find_bundled(name)?, name));
         let by_samples = by_samples.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
-        let paper = bundled::PAPER.recipe()?;
+        let paper = bundled::PAPER.recipe();
         let compared = [
             NamedMethod::of_recipe(names::META, &paper, Method::meta(&paper, None)?)?,
             method(&bundled::PAPER, names::PAPER)?,
@@ -107,7 +107,7 @@ impl Quickstart {
             let table = add_fits(&mut page, &caption, &evaluator, methods, seed)?;
             print(&format!("{caption}\n\n{}\n", table.to_markdown()))?;
         }
-        let pattern: Vec<_> = main_recipe.recipe()?.pattern().collect();
+        let pattern: Vec<_> = main_recipe.recipe().pattern().collect();
         page.heading("Directions of a recipe")
             .drawing(
                 &pattern_svg(&pattern),
@@ -150,6 +150,6 @@ fn find_bundled(name: &str) -> anyhow::Result<&'static BundledRecipe> {
 
 /// Creates the method of a bundled recipe without a basis.
 fn method(bundled: &'static BundledRecipe, name: &str) -> anyhow::Result<NamedMethod<'static>> {
-    let recipe = bundled.recipe()?;
+    let recipe = bundled.recipe();
     NamedMethod::of_recipe(name, &recipe, Method::with_recipe(&recipe, None, None)?)
 }

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand};
 use glimpse_fitting::bundled::{self, BundledRecipe, Losses};
@@ -103,7 +102,6 @@ struct Entry {
 impl Entry {
     fn new(bundled: &BundledRecipe) -> anyhow::Result<Self> {
         let recipe = bundled.recipe();
-        let recipe = recipe.with_context(|| format!("the bundled recipe {}", bundled.name))?;
         let machine = Metadata::of(&recipe)?.machine();
         let route = Route::of_recipe(&recipe, &machine, Order::Travel);
         Ok(Self {

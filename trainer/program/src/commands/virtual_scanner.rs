@@ -84,10 +84,7 @@ impl VirtualScanner {
             multiplicative: self.noise.unwrap_or_default(),
             ..Noise::default()
         };
-        let mut scanner = match material {
-            Some(material) => scanner::VirtualScanner::new(material, noise, seed),
-            None => scanner::VirtualScanner::listener(),
-        };
+        let mut scanner = scanner::VirtualScanner::new(material, noise, seed);
         let mut basis = None;
         if let Some(path) = &self.recipe {
             let named = read_recipe(path)?;

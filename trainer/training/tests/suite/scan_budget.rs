@@ -7,9 +7,7 @@ use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_fitting::recipe::options::{Effort, Schedule, TrainingOptions};
-use glimpse_fitting::route::{
-    LimitArgs, Machine, Order, Route, SpeedArgs, Stop, arms_in_degrees, stops,
-};
+use glimpse_fitting::route::{LimitArgs, Machine, Order, Route, SpeedArgs, arms_in_degrees, stops};
 use glimpse_training::pattern::Reach;
 use glimpse_training::run::train;
 use glimpse_training::scan_budget::{Motion, ScanBudgetError};
@@ -46,11 +44,7 @@ fn random_angles(random: &mut ChaCha8Rng) -> Vec<Angles<f32>> {
 
 /// Returns the travel time of a path by the route's own computation.
 fn path_seconds(angles: &[Angles<f32>]) -> f64 {
-    let stop = |(index, angles): (usize, &Angles<f32>)| Stop {
-        index,
-        arms: arms_in_degrees(*angles),
-    };
-    let stops: Vec<Stop> = angles.iter().enumerate().map(stop).collect();
+    let stops: Vec<_> = angles.iter().copied().map(arms_in_degrees).collect();
     let machine = machine(0.0, Limits::NONE);
     Route::new(&machine, &stops, Order::Progressive, 0).travel
 }

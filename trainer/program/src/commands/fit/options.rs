@@ -80,7 +80,7 @@ impl ReadingArgs {
         rows: Rows,
         keep_all: bool,
     ) -> anyhow::Result<Fit> {
-        let (path, name) = (rows.path().display().to_string(), rows.path().file_stem());
+        let (path, name) = (rows.path.display().to_string(), rows.path.file_stem());
         let name = name.unwrap_or_default().to_string_lossy().into_owned();
         let quantity = self.quantity(&rows)?;
         let readings = Readings::new(given, rows, quantity)?;
@@ -99,13 +99,13 @@ impl ReadingArgs {
     /// Returns the quantity of these options, or else that of the file. Reads the file of --white.
     fn quantity(&self, rows: &Rows) -> anyhow::Result<ReadingQuantity> {
         if let Some(white) = &self.white {
-            return Ok(ReadingQuantity::Counts(CountCalibration::new(
-                self.rows(white)?,
-                self.footprint.map(Footprint::from),
-                self.dark,
-                self.white_reflectance,
-                self.saturation,
-            )));
+            return Ok(ReadingQuantity::Counts(CountCalibration {
+                dark: self.dark,
+                reflectance: self.white_reflectance,
+                saturation: self.saturation,
+                white: self.rows(white)?,
+                footprint: self.footprint.map(Footprint::from),
+            }));
         }
         let quantity = ReadingQuantity::of_values(self.quantity, self.white_reflectance, rows);
         quantity.context(
@@ -122,9 +122,9 @@ impl ViewingArgs {
     pub(super) fn viewing(&self, rows: &Rows) -> anyhow::Result<Viewing> {
         let is_given = self.illuminant.is_some() || self.observer.is_some();
         ensure!(
-            !is_given || !rows.wavelengths().is_empty(),
+            !is_given || !rows.wavelengths.is_empty(),
             "{}: --illuminant and --observer have no effect on readings in RGB: remove them",
-            rows.path().display()
+            rows.path.display()
         );
         Ok(Viewing {
             illuminant: self.illuminant.unwrap_or_default(),

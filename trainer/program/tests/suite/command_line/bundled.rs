@@ -15,8 +15,8 @@ fn retrained_recipe_has_loss_of_bundled_one() {
     let retrained = RecipeFile::read(&folder.at("retrained.recipe")).expect("a valid recipe");
     let bundled = bundled::find("phong-n1").expect("a bundled recipe");
     let bundled = RecipeFile::new(bundled.bytes.to_vec()).expect("a valid recipe");
-    let [retrained_fit, bundled_fit] =
-        [&retrained, &bundled].map(|file| file.stripped().expect("a copy"));
+    let [retrained_fit, bundled_fit] = [&retrained, &bundled]
+        .map(|file| file.with_metadata(&Metadata::default()).expect("a copy"));
     // Processors round differently, also with the same instruction set, and training amplifies that.
     assert_eq!(retrained_fit.bytes().len(), bundled_fit.bytes().len());
     let loss = |file: &RecipeFile| {

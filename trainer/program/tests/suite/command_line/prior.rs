@@ -48,8 +48,8 @@ fn trains_inspects_exports_and_evaluates_prior_recipes() {
         // All directions are within the machine's limits.
         let bytes = folder.read(&recipe);
         let recipe = Recipe::parse(&bytes).expect("a valid recipe");
-        let limits = Metadata::of(&recipe).expect("valid metadata").limits();
-        let limits = limits.expect("stated limits");
+        let metadata = Metadata::of(&recipe).expect("valid metadata");
+        let limits = metadata.machine().limits;
         let is_within = |at| limits.check(&at).is_ok();
         assert!(recipe.directions().all(|(_, at)| is_within(at)));
         assert!((limits.min_separation.to_degrees() - 10.0).abs() < 1e-4);

@@ -5,10 +5,11 @@ use std::f64::consts::FRAC_PI_2;
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
 use glimpse_fitting::measurement::{
-    AngleArgs, AngleConvention, AngleUnit, Fit, FitFailure, IsotropicAngles, LabReading, Multiple,
+    AngleArgs, AngleConvention, AngleUnit, AngularDistance, Fit, FitFailure, LabReading, Multiple,
     NamedRecipe, ReadingQuantity, Readings, Rows,
 };
 use glimpse_fitting::recipe::RecipeDefect;
+use glimpse_fitting::route::arms_in_degrees;
 
 use super::{error_message, pattern, recipe, rows};
 use crate::common::assert_names;
@@ -45,10 +46,8 @@ fn conventions_agree() {
         let any = NamedRecipe::any(ModelKind::Linear);
         let readings = Readings::new(&any, rows, ReadingQuantity::of(Multiple::Brdf));
         let pattern = readings.expect("valid readings").pattern();
-        let pattern = pattern.iter().map(|angles| angles.map(f64::from));
-        pattern
-            .map(IsotropicAngles::from_angles)
-            .collect::<Vec<_>>()
+        let arms = pattern.into_iter().map(arms_in_degrees);
+        arms.collect::<Vec<_>>()
     };
     let in_plane = "theta_i,theta_o,value\n45,60,1\n45,-30,1\n30,0,1\n";
     let expected = read(&[], None, in_plane);
@@ -70,7 +69,8 @@ fn conventions_agree() {
         let actual = read(convention, unit, text);
         assert_eq!(actual.len(), expected.len(), "{text}");
         for (actual, expected) in actual.iter().zip(&expected) {
-            assert!(actual.distance(expected).radians < 1e-6, "{text}");
+            let distance = AngularDistance::between(actual, expected);
+            assert!(distance.degrees < 1e-6_f64.to_degrees(), "{text}");
         }
     }
 }
@@ -78,7 +78,7 @@ fn conventions_agree() {
 #[test]
 fn million_directions_are_refused_at_once() {
     let reading = |line: u32| LabReading {
-        line: line.into(),
+        line: line as usize,
         angles: Some(Angles {
             theta_h: FRAC_PI_2 / 2.0 * f64::from(line) / 1e6,
             theta_d: 0.1,

@@ -62,8 +62,8 @@ pub(crate) fn read_readings(text: &str, quantity: ReadingQuantity) -> Result<Rea
     let rows = rows(text, &AngleArgs::default())?;
     let readings = Readings::new(&recipe, rows, quantity)?;
     match readings.off_pattern {
-        Some(message) => Err(TableError::OffPattern {
-            path: readings.rows.path().to_owned(),
+        Some(message) => Err(TableError::Damaged {
+            path: readings.rows.path,
             message,
         }),
         None => Ok(readings),
@@ -78,7 +78,7 @@ pub(crate) fn read_brdf(text: &str) -> Result<Readings, TableError> {
 /// Returns the error message about an invalid file, without the path.
 pub(crate) fn error_message<T>(result: Result<T, TableError>) -> String {
     match result {
-        Err(TableError::Damaged { path, message } | TableError::OffPattern { path, message }) => {
+        Err(TableError::Damaged { path, message }) => {
             assert!(path.ends_with("a.csv"), "{}", path.display());
             message
         }

@@ -35,8 +35,8 @@ fn read_counts(
     footprint: Option<Footprint>,
 ) -> Result<Readings, TableError> {
     let quantity = ReadingQuantity::Counts(CountCalibration {
-        dark: [100.0; 3],
-        reflectance: [0.5; 3],
+        dark: Some([100.0; 3]),
+        reflectance: Some([0.5; 3]),
         saturation: Some(4_000.0),
         white: rows(white, &AngleArgs::default())?,
         footprint,

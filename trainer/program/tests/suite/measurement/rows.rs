@@ -1,7 +1,9 @@
 //! Rows in any order, missing and repeated rows, rows with angles or index, and errors of invalid rows.
 
 use glimpse_core::geometry::{Directions, HalfDifference};
-use glimpse_fitting::measurement::{AngleArgs, AngleUnit, ReadingStatus, angles_from_vectors};
+use glimpse_fitting::measurement::{
+    AngleArgs, AngleUnit, ReadingStatus, SampleReading, angles_from_vectors,
+};
 
 use super::{error_message, read_brdf, rows};
 use crate::common::assert_names;
@@ -18,8 +20,9 @@ fn accepts_any_order_missing_and_repeated_rows() {
          nan,,30,10,30,190,NaN,nan\n",
     )
     .expect("the file is read");
-    assert_eq!(read.rows.readings().len(), 2);
-    assert_eq!(read.with_status(ReadingStatus::Missing), [1, 2]);
+    assert_eq!(read.rows.readings.len(), 2);
+    let is_missing = |sample: &SampleReading| sample.status == ReadingStatus::Missing;
+    assert_eq!(read.indices(is_missing), [1, 2]);
     let mean = read.samples[0].brdf.mean().expect("a reading");
     for (mean, expected) in mean.into_iter().zip([0.2, 0.3, 0.4]) {
         assert!((mean - expected).abs() < 1e-6);
@@ -31,7 +34,7 @@ fn accepts_any_order_missing_and_repeated_rows() {
     assert!((varies - 3.0 * 0.141_421 / 0.9).abs() < 1e-4, "{varies}");
     assert_eq!(read.samples[1].coefficient_of_variation(), None);
     let far = read.max_distance.expect("rows with directions");
-    assert!((far.radians.to_degrees() - 0.1).abs() < 1e-3, "{far}");
+    assert!((far.degrees - 0.1).abs() < 1e-3, "{far:?}");
 }
 
 #[test]
@@ -41,7 +44,8 @@ fn accepts_single_channel_and_index() {
     let read = read_brdf(text).expect("the file is read");
     assert_eq!(read.samples[2].brdf.mean(), Some([0.5; 3]));
     assert!(read.samples[2].brdf.saturated && !read.samples[0].brdf.saturated);
-    assert_eq!(read.with_status(ReadingStatus::Missing), [1]);
+    let is_missing = |sample: &SampleReading| sample.status == ReadingStatus::Missing;
+    assert_eq!(read.indices(is_missing), [1]);
     assert_eq!(read.max_distance, None);
     // With an index, angles are optional; if present, they are checked.
     let text = "theta_h,index,theta_d,phi_d,value\n,1,,,0.5\n20,1,10,90.2,0.7\n";

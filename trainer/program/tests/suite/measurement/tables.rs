@@ -14,7 +14,7 @@ fn table() -> String {
 /// Asserts that a text has the readings of [`ROWS`].
 fn assert_same(text: &str) {
     let read = read_brdf(text).unwrap_or_else(|error| panic!("{text:?}: {error}"));
-    assert_eq!(read.rows.readings().len(), 2, "{text:?}");
+    assert_eq!(read.rows.readings.len(), 2, "{text:?}");
     for (sample, mean) in [(0, [0.25, 0.5, 0.75]), (1, [1.0, 2.0, 3.0])] {
         assert_eq!(read.samples[sample].brdf.mean(), Some(mean), "{text:?}");
     }
