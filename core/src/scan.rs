@@ -111,8 +111,8 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     /// [`ErrorCode::Basis`] if the recipe names another basis, or none. Only recipes of Linear name a basis.
     pub fn with_basis(mut self, basis: Basis<'a>) -> Result<Self, Error> {
         let named = self.state.recipe.estimator.basis_checksum();
-        if named != Some(basis.whole_checksum()) {
-            let details = [named.unwrap_or(0), basis.whole_checksum()];
+        if named != Some(basis.checksum()) {
+            let details = [named.unwrap_or(0), basis.checksum()];
             return Err(Error::with(ErrorCode::Basis, details));
         }
         self.state.basis = Some(basis);

@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let procedural = Source(UNSEEN.to_owned()).load()?;
     let merl = Source(merl).load()?;
     let merl = Evaluator::new(&merl);
-    let basis = Basis::from_compact_bytes(bundled::BASIS)?;
+    let basis = Basis::parse(bundled::BASIS)?;
     println!("recipe,procedural,merl,merl color error,rgl cross-validated");
     let names: Vec<String> = env::args().skip(3).collect();
     let selected = |name: &str| names.is_empty() || names.iter().any(|each| each == name);

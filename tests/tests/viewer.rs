@@ -11,7 +11,7 @@ use glimpse_core::model::linear::Basis;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
-use glimpse_fitting::linear::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
+use glimpse_fitting::linear::{CHANNEL_COEFFICIENTS, material_basis};
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Brdf, Procedural};
 use glimpse_tests::recipes;
@@ -201,7 +201,7 @@ fn fits_and_pictures_match_core_on_host() {
 #[test]
 fn table_is_evaluated_and_rendered() {
     let material = &Procedural::set(4, 77)[1];
-    let table = material_basis(material, MATERIAL_NODES);
+    let table = material_basis(material);
     let basis = Basis::parse(&table).expect("a basis");
     let directions = uniform_valid(500, 3);
     let mut reference = Vec::new();

@@ -29,7 +29,7 @@ section! {
         center: Floats<'a>, [Samples], in -100.0 => 100.0;
         /// Q, a row for each sample
         rows: PackedRows<'a>, [Samples, Components], in -1e4 => 1e4;
-        /// CRC-32 of the host's whole basis file; 0 for none
+        /// checksum of the host's basis; 0 for none
         basis_checksum: u32;
     }
 }

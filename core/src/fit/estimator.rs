@@ -100,7 +100,7 @@ impl<'a> Estimator<'a> {
         })
     }
 
-    /// The CRC-32 of the host's whole basis file, which turns Linear's coefficients into a BRDF. None without a basis.
+    /// The checksum of the host's basis, which turns Linear's coefficients into a BRDF. None without a basis.
     #[must_use]
     pub fn basis_checksum(&self) -> Option<u32> {
         let checksum = self.coefficients()?.ridge.basis_checksum;

@@ -144,7 +144,7 @@ fn documented_example_parses() {
     let expected = example().bytes();
     assert_eq!(bytes, expected, "the bytes are {expected:02x?}");
     let basis = basis(&example());
-    assert_eq!(basis.whole_checksum(), 0x0123_abcd);
+    assert_eq!(basis.checksum(), 0x0123_abcd);
     assert_eq!(basis.components(), 1);
     let shape = Nodes {
         theta_h: 2,

@@ -141,7 +141,7 @@ mod tests {
     fn names_match_recipes_and_losses_are_recorded() {
         let checksum = |basis| {
             let basis = linear::Basis::parse(basis).expect("the basis is valid");
-            basis.whole_checksum()
+            basis.checksum()
         };
         for bundled in ALL {
             let recipe = bundled.recipe();

@@ -5,7 +5,7 @@
 //!
 //! - [`choice`]: names of choices on the command line
 //! - [`route`]: the order in which a machine's arms visit samples
-//! - [`linear`]: components of materials at any directions, posteriors, proposals, and compact bases
+//! - [`linear`]: components of materials at any directions, posteriors, proposals, and files of bases
 //! - [`recipe`]: recipe files, and how they were trained
 //! - [`bundled`]: bundled recipes
 //! - [`measurement`]: readings from a lab, matched to a pattern, checked for outliers and fitted

@@ -44,7 +44,7 @@ impl PyRecipe {
     pub(crate) fn new_with_basis(file: RecipeFile, basis: Option<&[u8]>) -> Result<Self> {
         let basis = match (file.recipe().basis_checksum(), basis) {
             (None, None) => None,
-            (Some(checksum), Some(bytes)) => match Basis::parse_for_recipe(bytes, checksum) {
+            (Some(checksum), Some(bytes)) => match Basis::parse_for(bytes, checksum) {
                 Ok(basis) => Some(Arc::new(basis)),
                 Err(error) => return reject(format!("basis is not this recipe's basis: {error}")),
             },
@@ -86,7 +86,7 @@ impl PyRecipe {
         let mut files = Vec::new();
         if let Some(basis) = &self.0.basis {
             // The basis comes first: a recipe without its basis is useless.
-            files.push((Basis::path_for(&path), basis.to_bytes()));
+            files.push((Basis::path_for(&path), basis.file().to_vec()));
         }
         files.push((path, self.0.file.bytes().to_vec()));
         run_detached(py, || write(&files, overwrite))?
@@ -99,8 +99,8 @@ impl PyRecipe {
 
     /// Returns the bytes of the basis, or None if the model is not linear.
     fn basis_bytes<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyBytes>> {
-        let bytes = self.0.basis.as_ref().map(|basis| basis.to_bytes());
-        bytes.map(|bytes| PyBytes::new(py, &bytes))
+        let basis = self.0.basis.as_ref();
+        basis.map(|basis| PyBytes::new(py, basis.file()))
     }
 
     /// The fitted model: "phong", "cook-torrance", "linear" or "neural".

@@ -32,7 +32,7 @@ pub fn check(options: &TrainingOptions) -> Result<(), TrainError> {
 pub struct TrainedRecipe {
     /// The recipe.
     pub file: RecipeFile,
-    /// The file of the full basis, which accompanies a recipe of the model Linear.
+    /// The file of the basis, which accompanies a recipe of the model Linear.
     pub basis: Option<Vec<u8>>,
     /// The predictor of a material's loss. None for a recipe without completed readings, and for too few materials to
     /// form folds.

@@ -8,7 +8,7 @@ use glimpse_core::fit::Estimator;
 use glimpse_core::geometry::{Angles, Arms, HalfDifference};
 use glimpse_core::model::linear::Basis;
 use glimpse_core::recipe::Recipe;
-use glimpse_fitting::linear::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
+use glimpse_fitting::linear::{CHANNEL_COEFFICIENTS, material_basis};
 use glimpse_fitting::recipe::RecipeFile;
 use glimpse_materials::Material;
 use glimpse_materials::loss::{coarse_directions, loss_between};
@@ -23,7 +23,7 @@ pub struct RecipeScan {
     pub name: String,
     /// The recipe.
     pub recipe: Arc<RecipeFile>,
-    /// Compact basis of Linear, which maps coefficients to a BRDF; None for other models.
+    /// Basis of Linear, which maps coefficients to a BRDF; None for other models.
     pub basis: Option<Vec<u8>>,
     /// Readings at the recipe's samples: the BRDF in linear RGB, sr^-1, not times the cosine. None is a missing
     /// reading.
@@ -44,10 +44,10 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Tabulates a material in 302 kB for display, and samples its BRDF at about 10,000 directions for the loss.
+    /// Tabulates a material in 907 kB for display, and samples its BRDF at about 10,000 directions for the loss.
     #[must_use]
     pub fn new(material: &dyn Material) -> Self {
-        let table = material_basis(material, MATERIAL_NODES);
+        let table = material_basis(material);
         let parsed = Basis::parse(&table).ok();
         let tabulated = |at: &HalfDifference<f32>| {
             let basis = parsed.as_ref();

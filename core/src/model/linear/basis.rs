@@ -12,12 +12,12 @@ const SQUARED_LENGTH_TOLERANCE: f32 = 2.0 * UNIT_TOLERANCE;
 /// A valid compact basis in memory or in flash: principal components of the training materials on a coarse grid, as
 /// bytes.
 ///
-/// One file serves all recipes that were trained with the same whole basis, for any n. [`Basis::whole_checksum`] equals the
+/// One file serves all recipes that were trained with the same basis, for any n. [`Basis::checksum`] equals the
 /// `basis_checksum` of such a recipe. The format is documented in
 /// [`docs/basis.md`](https://docs.rs/crate/glimpse-core/latest/source/docs/basis.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Basis<'a> {
-    whole_checksum: u32,
+    checksum: u32,
     nodes: Nodes,
     mean_scale: f32,
     /// A scale for each component.
@@ -41,7 +41,7 @@ impl<'a> Basis<'a> {
     pub fn parse(bytes: &'a [u8]) -> Result<Self, Error> {
         let (_, mut body) = FORMAT.read(bytes)?;
         let malformed = |field| Error::in_field(ErrorCode::BasisMalformed, field);
-        let whole_checksum = body.u32();
+        let checksum = body.u32();
         let components = body.u16();
         if !(1..=MAX_COMPONENTS).contains(&components) {
             return Err(malformed("basis.components"));
@@ -72,7 +72,7 @@ impl<'a> Basis<'a> {
             return Err(malformed("basis.scales"));
         }
         Ok(Self {
-            whole_checksum,
+            checksum,
             nodes,
             mean_scale,
             scales,
@@ -92,11 +92,11 @@ impl<'a> Basis<'a> {
         self.nodes
     }
 
-    /// The checksum of the whole basis from which this basis was made. Only coefficients of recipes with the same
-    /// `basis_checksum` belong to this basis.
+    /// The checksum of the basis, the same at any nodes and with any number of components. Only coefficients of recipes
+    /// with this `basis_checksum` belong to it.
     #[must_use]
-    pub fn whole_checksum(&self) -> u32 {
-        self.whole_checksum
+    pub fn checksum(&self) -> u32 {
+        self.checksum
     }
 
     /// The BRDF in linear RGB, sr^-1, not times the cosine. It is finite and not negative.

@@ -15,7 +15,7 @@ pub const FORMAT: Format = Format {
         ErrorCode::BasisChecksum,
     ],
 };
-/// Bytes of a body before its lists: the whole basis's checksum, components, nodes, and the mean's scale.
+/// Bytes of a body before its lists: the basis's checksum, components, nodes, and the mean's scale.
 pub const SHAPE_BYTES: usize = 16;
 /// Bytes of a node before its row: the mean, and the row's scale.
 pub const NODE_HEAD_BYTES: usize = 4;

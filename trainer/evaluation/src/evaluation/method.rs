@@ -91,8 +91,8 @@ impl<'a> Method<'a> {
         }
     }
 
-    /// Creates a scan with a recipe: its pattern and its fit, as on a device. Linear needs the recipe's basis, whole or
-    /// compact. A prior predicts losses if the recipe does not.
+    /// Creates a scan with a recipe: its pattern and its fit, as on a device. Linear needs the recipe's basis. A prior predicts
+    /// losses if the recipe does not.
     ///
     /// # Errors
     /// [`EvaluationError::Basis`]
@@ -102,7 +102,7 @@ impl<'a> Method<'a> {
         prior: Option<CoefficientPrior>,
     ) -> Result<Self, EvaluationError> {
         let (recipe, model) = (*recipe, recipe.model());
-        if recipe.basis_checksum() != basis.map(Basis::whole_checksum) {
+        if recipe.basis_checksum() != basis.map(Basis::checksum) {
             return Err(EvaluationError::Basis);
         }
         let name = match recipe.estimator() {

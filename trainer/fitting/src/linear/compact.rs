@@ -1,10 +1,10 @@
-//! The compact basis: a whole basis on a coarser grid, in a format that `glimpse_core` reads in place.
+//! The file of a basis, in a format that `glimpse_core` reads in place.
 //!
-//! `glimpse_core` defines the grid ([`Nodes`]) and the interpolation weights. The values at the nodes are a
-//! least-squares fit of the interpolation to the whole basis. Samples of the whole basis at the nodes would need
-//! several times as many nodes.
+//! `glimpse_core` defines the grid ([`Nodes`]) and the interpolation weights. A host's file has samples of the basis at
+//! [`HOST_NODES`]. A device's, the compact basis, has a least-squares fit of the interpolation, which needs several times
+//! fewer nodes.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, SQRT_2, TAU};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::Nodes;
@@ -23,6 +23,12 @@ pub const COMPACT_NODES: Nodes = Nodes {
     theta_d: 31,
     phi_d: 9,
 };
+/// The nodes of a host's file. Twice the number along any axis reduces the error little.
+pub const HOST_NODES: Nodes = Nodes {
+    theta_h: 90,
+    theta_d: 60,
+    phi_d: 24,
+};
 /// The number of random directions of the least-squares fit.
 const DIRECTIONS: usize = 1 << 18;
 /// The seed of these directions.
@@ -37,6 +43,19 @@ const MAX_ROW_SCALE: f64 = 65_535.0;
 /// The largest quantized mean.
 const MAX_MEAN: f64 = 32_767.0;
 
+/// Returns the content of a host's file, with all components.
+#[must_use]
+pub fn to_host_bytes(basis: &Basis) -> Vec<u8> {
+    let count = HOST_NODES.count().unwrap_or_default();
+    let rows: Vec<Vec<f32>> = (0..count)
+        .into_par_iter()
+        .map(|node| symmetrized(basis, &angles_at(HOST_NODES, node), basis.components()))
+        .collect();
+    let column = |index: usize| rows.iter().map(|row| f64::from(row[index])).collect();
+    let columns: Vec<Vec<f64>> = (0..=basis.components()).map(column).collect();
+    pack(basis.checksum(), HOST_NODES, &columns)
+}
+
 /// Returns the content of a compact basis file, which [`glimpse_core::model::linear::Basis`] reads. It has the first
 /// `components` components, or all if the basis has fewer.
 ///
@@ -45,7 +64,7 @@ const MAX_MEAN: f64 = 32_767.0;
 pub fn to_compact_bytes(basis: &Basis, components: usize, nodes: Nodes) -> Vec<u8> {
     let components = components.clamp(1, basis.components());
     let columns = columns_at_nodes(basis, components, nodes);
-    pack(basis.whole_checksum(), nodes, &columns)
+    pack(basis.checksum(), nodes, &columns)
 }
 
 /// Returns the mean of ln(1 + f w / e) at all nodes, then each component at all nodes.
@@ -103,14 +122,14 @@ fn symmetrized(basis: &Basis, angles: &Angles<f64>, components: usize) -> Vec<f3
 }
 
 /// Returns the content of a compact basis file. `columns` are the mean and the components at all nodes, as in
-/// [`columns_at_nodes`]. `source_checksum` is the checksum of the whole basis.
-pub(super) fn pack(source_checksum: u32, nodes: Nodes, columns: &[Vec<f64>]) -> Vec<u8> {
+/// [`columns_at_nodes`]. `checksum` is [`Basis::checksum`].
+pub(super) fn pack(checksum: u32, nodes: Nodes, columns: &[Vec<f64>]) -> Vec<u8> {
     let (means, columns) = columns.split_at(1);
     let max_magnitude = |values: &[f64]| values.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
     let mean_scale = (max_magnitude(&means[0]) / MAX_MEAN) as f32;
     let magnitudes: Vec<f64> = columns.iter().map(|column| max_magnitude(column)).collect();
 
-    let mut body = source_checksum.to_le_bytes().to_vec();
+    let mut body = checksum.to_le_bytes().to_vec();
     let shape = [nodes.theta_h, nodes.theta_d, nodes.phi_d];
     for count in [columns.len() as u16].iter().chain(&shape) {
         body.extend(count.to_le_bytes());
@@ -138,6 +157,21 @@ pub(super) fn pack(source_checksum: u32, nodes: Nodes, columns: &[Vec<f64>]) -> 
         }
     }
     [&FORMAT.header(&body)[..], &body].concat()
+}
+
+/// Returns the angles of a node: the inverse of the coordinates in `core/docs/basis.md`.
+pub(super) fn angles_at(nodes: Nodes, node: usize) -> Angles<f64> {
+    let shape = [nodes.theta_h, nodes.theta_d, nodes.phi_d];
+    let indices = Unknowns::new(nodes).indices(node);
+    let [u, v, p] = [0, 1, 2].map(|axis| indices[axis] as f64 / f64::from(shape[axis] - 1));
+    let theta_h = 2.0 * (u * u / SQRT_2).min(1.0).asin();
+    let theta_d = (1.0 - v).acos();
+    let steepness = theta_h.min(FRAC_PI_2).tan() * theta_d.tan();
+    Angles {
+        theta_h,
+        theta_d,
+        phi_d: ((1.0 - p * p) / steepness.max(1.0)).acos(),
+    }
 }
 
 /// The unknowns of the least-squares fit: one per direction. Nodes at theta_h = 0 or theta_d = 0 that differ only in

@@ -1,42 +1,27 @@
-//! A single material as a compact basis whose components are its color channels. `glimpse_core` evaluates this basis
+//! A single material as a basis whose components are its color channels. `glimpse_core` evaluates this basis
 //! like a fit of the model Linear, and does not need the material.
 
-use std::f64::consts::{FRAC_PI_2, PI, SQRT_2, TAU};
+use std::f64::consts::{PI, TAU};
 
 use glimpse_core::geometry::Angles;
-use glimpse_core::model::linear::{Nodes, map};
+use glimpse_core::model::linear::map;
 use glimpse_materials::Material;
 use rayon::prelude::*;
 
-use super::compact::pack;
+use super::compact::{HOST_NODES, angles_at, pack};
 
-/// The nodes of the basis of a material, which takes 302 kB. Twice the number of nodes along any axis reduces the error
-/// little.
-pub const MATERIAL_NODES: Nodes = Nodes {
-    theta_h: 90,
-    theta_d: 60,
-    phi_d: 8,
-};
 /// The coefficients of red, green and blue that reproduce the material.
 pub const CHANNEL_COEFFICIENTS: [&[f32]; 3] = [&[1.0], &[0.0, 1.0], &[0.0, 0.0, 1.0]];
 
-/// Returns a material as the file of a compact basis with three components, for [`CHANNEL_COEFFICIENTS`].
+/// Returns a material as the file of a basis at [`HOST_NODES`] with three components, in 907 kB, for [`CHANNEL_COEFFICIENTS`].
 ///
 /// The material is averaged over its mirror image and over exchange of light and sensor, because a basis has these
 /// symmetries. Non-finite values are replaced by 0.
 #[must_use]
-pub fn material_basis(material: &dyn Material, nodes: Nodes) -> Vec<u8> {
-    let [rows, columns] = [nodes.theta_d, nodes.phi_d].map(usize::from);
-    let values: Vec<[f64; 3]> = (0..nodes.count().unwrap_or_default())
+pub fn material_basis(material: &dyn Material) -> Vec<u8> {
+    let values: Vec<[f64; 3]> = (0..HOST_NODES.count().unwrap_or_default())
         .into_par_iter()
-        .map(|node| {
-            let indices = [
-                node / (rows * columns),
-                node / columns % rows,
-                node % columns,
-            ];
-            mapped_brdf(material, angles_at(nodes, indices))
-        })
+        .map(|node| mapped_brdf(material, angles_at(HOST_NODES, node)))
         .collect();
     // The center of the range of channels, which minimizes the largest component.
     let center = |value: &[f64; 3]| {
@@ -48,21 +33,7 @@ pub fn material_basis(material: &dyn Material, nodes: Nodes) -> Vec<u8> {
         let values = values.iter();
         values.map(|value| value[index] - center(value)).collect()
     };
-    pack(0, nodes, &[means, channel(0), channel(1), channel(2)])
-}
-
-/// Returns the angles of a node: the inverse of the coordinates in `core/docs/basis.md`.
-fn angles_at(nodes: Nodes, indices: [usize; 3]) -> Angles<f64> {
-    let shape = [nodes.theta_h, nodes.theta_d, nodes.phi_d];
-    let [u, v, p] = [0, 1, 2].map(|axis| indices[axis] as f64 / f64::from(shape[axis] - 1));
-    let theta_h = 2.0 * (u * u / SQRT_2).min(1.0).asin();
-    let theta_d = (1.0 - v).acos();
-    let steepness = theta_h.min(FRAC_PI_2).tan() * theta_d.tan();
-    Angles {
-        theta_h,
-        theta_d,
-        phi_d: ((1.0 - p * p) / steepness.max(1.0)).acos(),
-    }
+    pack(0, HOST_NODES, &[means, channel(0), channel(1), channel(2)])
 }
 
 /// Returns ln(1 + f w / e) of each channel, averaged over the directions that are equivalent by symmetry.
@@ -105,7 +76,7 @@ mod tests {
     #[test]
     fn material_basis_reproduces_material() {
         for material in Procedural::set(5, 3) {
-            let bytes = material_basis(&material, MATERIAL_NODES);
+            let bytes = material_basis(&material);
             let basis = Basis::parse(&bytes).expect("the bytes are a compact basis");
             // Over evenly spread directions: with random ones, a few near a highlight dominate.
             let tabulated = |direction: &HalfDifference<f32>| {

@@ -1,4 +1,4 @@
-//! Components of materials at any directions: the posterior of readings, proposals of directions, and compact bases.
+//! Components of materials at any directions: the posterior of readings, proposals of directions, and files of bases.
 
 mod compact;
 mod components_at;
@@ -7,8 +7,8 @@ mod material_basis;
 mod next;
 mod posterior;
 
-pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES, to_compact_bytes};
+pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES, HOST_NODES, to_compact_bytes, to_host_bytes};
 pub use components_at::{AngleDual, ComponentsAt, add_scaled, bounded_precision, dot};
-pub use material_basis::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
+pub use material_basis::{CHANNEL_COEFFICIENTS, material_basis};
 pub use next::{Candidates, Proposal};
 pub use posterior::{CoefficientPrior, LeftOut, Posterior, PosteriorReading, gain_without};

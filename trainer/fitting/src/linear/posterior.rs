@@ -331,7 +331,7 @@ pub(super) mod tests {
         let recipe = include_bytes!("../../../recipes/any/linear-any.recipe");
         let basis = include_bytes!("../../../recipes/any/linear-any.basis");
         let recipe = Recipe::parse(recipe).expect("a valid recipe");
-        let basis = Basis::from_compact_bytes(basis).expect("a valid basis");
+        let basis = Basis::parse(basis).expect("a valid basis");
         CoefficientPrior::new(&recipe, Arc::new(basis)).expect("a recipe without a pattern")
     }
 

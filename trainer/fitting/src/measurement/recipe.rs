@@ -16,7 +16,7 @@ const TESTED: &str = "a test parses all bundled recipes";
 
 /// The basis of the bundled recipes without a pattern.
 static ANY_BASIS: LazyLock<Arc<Basis>> =
-    LazyLock::new(|| Arc::new(Basis::from_compact_bytes(bundled::ANY_BASIS).expect(TESTED)));
+    LazyLock::new(|| Arc::new(Basis::parse(bundled::ANY_BASIS).expect(TESTED)));
 
 /// The prior of the bundled recipe `linear-any`.
 static LINEAR_PRIOR: LazyLock<CoefficientPrior> =
@@ -59,7 +59,7 @@ impl NamedRecipe {
             0 => Some(ANY_BASIS.clone()),
             _ => bundled
                 .basis()
-                .map(|bytes| Arc::new(Basis::from_compact_bytes(bytes).expect(TESTED))),
+                .map(|bytes| Arc::new(Basis::parse(bytes).expect(TESTED))),
         };
         Self::new(bundled.name.to_owned(), Arc::new(file), basis)
     }

@@ -221,9 +221,9 @@ pub fn material_files(
 ) -> serde_json::Result<MaterialFiles> {
     let basis_path = path.with_extension("basis");
     let name = basis_path.file_name().unwrap_or_default().to_string_lossy();
-    let reference = basis.map(|basis| BasisFile::new(name.into_owned(), basis.whole_checksum()));
+    let reference = basis.map(|basis| BasisFile::new(name.into_owned(), basis.checksum()));
     let json = material.to_json(reference.as_ref(), metadata)?;
-    let basis = basis.map(|basis| (basis_path.clone(), basis.to_bytes()));
+    let basis = basis.map(|basis| (basis_path.clone(), basis.file().to_vec()));
     let files = basis
         .into_iter()
         .chain([(path.to_owned(), json.into_bytes())]);

@@ -11,7 +11,7 @@ use crate::interpolation::products;
 /// The number of nodes along theta_h (denser towards 0, as in MERL tables), theta_d, and phi_d (with period pi).
 const NODES: [usize; 3] = [72, 46, 36];
 
-/// The grid of every whole basis.
+/// The grid of every basis in a training.
 #[derive(Clone, Copy, Debug)]
 pub struct Grid;
 
@@ -21,8 +21,6 @@ pub type Corner<S> = (usize, S);
 impl Grid {
     /// The number of nodes.
     pub const LEN: usize = NODES[0] * NODES[1] * NODES[2];
-    /// The number of nodes along theta_h, theta_d and phi_d, as in the header of a basis file.
-    pub const SHAPE: [u32; 3] = [NODES[0] as u32, NODES[1] as u32, NODES[2] as u32];
 
     /// Returns the angles of a node, in radians.
     #[must_use]

@@ -1,8 +1,8 @@
 //! The basis of the model Linear, which turns coefficients into a BRDF on the host.
 //!
-//! A whole [`Basis`] is tabulated on a [`Grid`]. It is far too large for a device, so that it has its own file in the
-//! directory of the recipe. This file may also be a compact basis, which is interpolated between core's nodes, as on a
-//! device. `glimpse_training::linear` computes the basis from materials and reduces it to a pattern.
+//! A training tabulates a [`Basis`] on a [`Grid`]. Its file, in the directory of the recipe, has values at core's nodes, which
+//! are interpolated as on a device: at more of them than fit into flash, or at those that do. `glimpse_training::linear`
+//! computes the basis from materials and reduces it to a pattern.
 
 mod angles;
 mod grid;

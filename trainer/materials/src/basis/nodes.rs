@@ -1,4 +1,4 @@
-//! The nodes of a basis: those of [`Grid`] for a whole basis, and [`linear::Nodes`] for a compact basis.
+//! The nodes of a basis: those of [`Grid`] in a training, and [`linear::Nodes`] in a file.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear;
@@ -6,23 +6,24 @@ use glimpse_core::model::linear;
 use super::angles::AngleDual;
 use super::grid::{Corner, Grid};
 
-/// The step of difference quotients, in radians. They replace the derivatives of a compact basis, which core does not
-/// compute. The step is large compared with the rounding of angles to f32, and smaller than the distance between nodes.
+/// The step of difference quotients, in radians. They replace derivatives between core's nodes, which core does not
+/// compute. The step is large compared with the rounding of angles to f32, and smaller than the distance between nodes
+/// outside of highlights.
 const STEP: f64 = 1e-3;
 
-/// The nodes of a whole or a compact basis.
+/// The nodes of a basis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Nodes {
-    Whole,
-    Compact(linear::Nodes),
+    Grid,
+    File(linear::Nodes),
 }
 
 impl Nodes {
     /// Returns the eight nodes around angles in radians, each with its weight.
     pub(super) fn corners(self, angles: Angles<f64>) -> [Corner<f64>; 8] {
         match self {
-            Self::Whole => Grid::corners(angles),
-            Self::Compact(nodes) => {
+            Self::Grid => Grid::corners(angles),
+            Self::File(nodes) => {
                 let at = HalfDifference::from_angles(angles.map(|angle| angle as f32));
                 nodes
                     .corners(&at)
@@ -31,12 +32,12 @@ impl Nodes {
         }
     }
 
-    /// Returns the nodes around angles in radians, with weights and their derivatives. For a compact basis, the list
+    /// Returns the nodes around angles in radians, with weights and their derivatives. For a file, the list
     /// also has the nodes around moved angles, with weight 0. Sums over all nodes then yield difference quotients as
     /// derivatives.
     pub(super) fn corners_with_derivatives(self, angles: Angles<f64>) -> Vec<Corner<AngleDual>> {
         let variables = AngleDual::variables(angles);
-        if self == Self::Whole {
+        if self == Self::Grid {
             return Grid::corners(variables).to_vec();
         }
         let values = self.corners(angles);

@@ -8,25 +8,18 @@ use std::path::{Path, PathBuf};
 
 use glimpse_core::checksum::crc_32;
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::linear::format::FORMAT as COMPACT;
-use glimpse_core::model::linear::{self, Basis as CompactBasis, EPSILON, unmap};
+use glimpse_core::model::linear::{Basis as CompactBasis, EPSILON, unmap};
 use glimpse_core::numeric::Scalar;
 use rayon::prelude::*;
 
 use super::angles::AngleDual;
-use super::grid::{Corner, Grid};
+use super::grid::Corner;
 use super::nodes::Nodes;
 use crate::untrusted::read_at_most;
 
 /// The number of values before the components of a node: the mean of the mapped columns, and ln(median w + e).
 pub const NODE_HEADER: usize = 2;
-/// The first bytes of a basis file.
-const MAGIC: [u8; 4] = *b"GLMB";
-/// The version of the format.
-const VERSION: u32 = 1;
-/// The number of 32-bit words before a file's table: magic, version, shape of the grid, number of components.
-const FILE_HEADER: usize = 6;
-/// The largest length of a file in bytes. It suffices for 500 components, more than any recipe has.
+/// The largest length of a file in bytes, several times that of 1,024 components at the nodes that a training writes.
 const MAX_BYTES: u64 = 1 << 28;
 
 /// An error while reading a basis file.
@@ -72,22 +65,14 @@ pub struct CoefficientCountError {
     pub actual: usize,
 }
 
-/// The table of a basis. Each node has a mean, ln(median w + e), and m components. A whole basis has the nodes of
-/// [`Grid`], and a compact basis has [`linear::Nodes`].
+/// The table of a basis. Each node has a mean, ln(median w + e), and m components. During a training, the nodes are those
+/// of [`Grid`]; in a file, they are [`linear::Nodes`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Basis {
+    nodes: Nodes,
     table: Vec<f32>,
     components: usize,
-    compact: Option<Compact>,
-}
-
-/// The additional data of a compact basis.
-#[derive(Clone, Debug, PartialEq)]
-struct Compact {
-    nodes: linear::Nodes,
-    /// The checksum of the whole basis that the compact basis was computed from.
-    whole_checksum: u32,
-    /// The bytes of the compact basis's file.
+    /// The bytes of the file; empty for a basis without one.
     file: Vec<u8>,
 }
 
@@ -115,17 +100,18 @@ impl BasisValues {
 }
 
 impl Basis {
-    /// Makes a whole basis from a table that holds the mean, ln(median w + e) and m components of each node.
+    /// Makes a basis from a table that holds the mean, ln(median w + e) and m components of each node of [`Grid`].
     #[must_use]
     pub fn from_table(table: Vec<f32>, components: usize) -> Self {
         Self {
+            nodes: Nodes::Grid,
             table,
             components,
-            compact: None,
+            file: Vec::new(),
         }
     }
 
-    /// Multiplies the components of a whole basis by a number.
+    /// Multiplies the components of a basis without a file by a number.
     #[must_use]
     pub fn scaled(mut self, scale: f32) -> Self {
         for row in self.table.chunks_exact_mut(NODE_HEADER + self.components) {
@@ -136,7 +122,7 @@ impl Basis {
         self
     }
 
-    /// Replaces the components of a whole basis by combinations of them: a column of the square matrix `map` holds the
+    /// Replaces the components of a basis without a file by combinations of them: a column of the square matrix `map` holds the
     /// weights of all components in one combination.
     #[must_use]
     pub fn mapped(mut self, map: &[f32]) -> Self {
@@ -156,14 +142,12 @@ impl Basis {
         self.components
     }
 
-    fn nodes(&self) -> Nodes {
-        match &self.compact {
-            None => Nodes::Whole,
-            Some(compact) => Nodes::Compact(compact.nodes),
-        }
-    }
-
-    fn row(&self, node: usize) -> &[f32] {
+    /// Returns the row of a node: the mean, ln(median w + e), and m components.
+    ///
+    /// # Panics
+    /// If the node does not exist.
+    #[must_use]
+    pub fn row(&self, node: usize) -> &[f32] {
         let length = NODE_HEADER + self.components;
         &self.table[node * length..][..length]
     }
@@ -172,7 +156,7 @@ impl Basis {
     #[must_use]
     pub fn look_up(&self, angles: Angles<f64>) -> BasisValues {
         let mut sums = vec![[0.0_f64; 4]; NODE_HEADER + self.components];
-        for (node, weight) in self.nodes().corners_with_derivatives(angles) {
+        for (node, weight) in self.nodes.corners_with_derivatives(angles) {
             let [h, d, p] = weight.tangent;
             let weights = [weight.value, h, d, p];
             for (sum, value) in sums.iter_mut().zip(self.row(node)) {
@@ -204,7 +188,7 @@ impl Basis {
             })
             .collect();
         Reconstruction {
-            nodes: self.nodes(),
+            nodes: self.nodes,
             table,
             log_medians: rows().map(|row| row[1]).collect(),
         }
@@ -238,43 +222,22 @@ impl Basis {
         Ok(self.reconstruct(&self.channels(values)?))
     }
 
-    /// Returns the bytes of the file. The file of a whole basis consists of little-endian 32-bit words: magic, version,
-    /// number of nodes along theta_h, theta_d and phi_d, number of components, and the table as f32.
+    /// Returns the bytes of the file. They are empty for a basis that was not read from one.
     #[must_use]
-    pub fn to_bytes(&self) -> Vec<u8> {
-        if let Some(compact) = &self.compact {
-            return compact.file.clone();
+    pub fn file(&self) -> &[u8] {
+        &self.file
+    }
+
+    /// Returns the number that a recipe and the files of its basis have in common, at any nodes and with any number of
+    /// components: the CRC-32 of the table at the nodes of [`Grid`]. 0 means that a recipe has no basis, so that a CRC-32 of 0
+    /// is replaced by 1.
+    #[must_use]
+    pub fn checksum(&self) -> u32 {
+        if let Ok(basis) = CompactBasis::parse(&self.file) {
+            return basis.checksum();
         }
-        let [h, d, p] = Grid::SHAPE;
-        let magic = u32::from_le_bytes(MAGIC);
-        let header: [u32; FILE_HEADER] = [magic, VERSION, h, d, p, self.components as u32];
-        let words = header
-            .into_iter()
-            .chain(self.table.iter().map(|value| value.to_bits()));
-        words.flat_map(u32::to_le_bytes).collect()
-    }
-
-    /// Returns the CRC-32 of a file's bytes. A recipe contains the checksum of its basis. There, 0 means that the
-    /// recipe has no basis, so that a CRC-32 of 0 is replaced by 1.
-    #[must_use]
-    pub fn checksum(bytes: &[u8]) -> u32 {
-        crc_32(bytes).max(1)
-    }
-
-    /// Returns true if the basis is compact.
-    #[must_use]
-    pub fn is_compact(&self) -> bool {
-        self.compact.is_some()
-    }
-
-    /// Returns the checksum of the whole basis's file, which recipes contain. A compact basis stores the checksum of
-    /// the whole basis that it was computed from.
-    #[must_use]
-    pub fn whole_checksum(&self) -> u32 {
-        match &self.compact {
-            None => Self::checksum(&self.to_bytes()),
-            Some(compact) => compact.whole_checksum,
-        }
+        let bytes = self.table.iter().flat_map(|value| value.to_le_bytes());
+        crc_32(&bytes.collect::<Vec<u8>>()).max(1)
     }
 
     /// Returns the path of a recipe's basis.
@@ -283,7 +246,7 @@ impl Basis {
         recipe.with_extension("basis")
     }
 
-    /// Reads the basis of a recipe: the whole basis with this checksum, or a compact basis that was computed from it.
+    /// Reads a basis with the checksum in a recipe.
     ///
     /// # Errors
     /// If the file cannot be read or is damaged, or the checksum differs.
@@ -301,93 +264,43 @@ impl Basis {
             path: path.into(),
             source,
         })?;
-        Self::parse_for_recipe(&bytes, checksum).map_err(damaged)
+        Self::parse_for(&bytes, checksum).map_err(damaged)
     }
 
-    /// Reads the bytes of a compact basis's file, without parsing them.
-    ///
-    /// # Errors
-    /// If the operating system cannot read the file, or the file is too long.
-    pub fn read_compact(path: &Path) -> io::Result<Vec<u8>> {
-        read_at_most(path, MAX_BYTES)
-    }
-
-    /// Parses the basis of a recipe: the whole basis with this checksum, or a compact basis that was computed from it.
+    /// Parses a basis with the checksum in a recipe.
     ///
     /// # Errors
     /// A description of the defect, if the bytes are not a basis or the checksum differs.
-    pub fn parse_for_recipe(bytes: &[u8], checksum: u32) -> Result<Self, &'static str> {
-        if bytes.starts_with(&COMPACT.magic) {
-            let compact = Self::from_compact_bytes(bytes)?;
-            return match compact.whole_checksum() == checksum {
-                true => Ok(compact),
-                false => Err("it was computed from another whole basis"),
-            };
-        }
-        match Self::checksum(bytes) == checksum {
-            true => Self::from_bytes(bytes),
-            false => Err("its checksum differs"),
+    pub fn parse_for(bytes: &[u8], checksum: u32) -> Result<Self, &'static str> {
+        let basis = Self::parse(bytes)?;
+        if basis.checksum() == checksum {
+            Ok(basis)
+        } else {
+            Err("its checksum differs")
         }
     }
 
-    /// Parses a compact basis. It is interpolated in the same way as on a device.
+    /// Parses a basis. It is interpolated in the same way as on a device.
     ///
     /// # Errors
-    /// A description of the defect, if the bytes are not a compact basis.
-    pub fn from_compact_bytes(bytes: &[u8]) -> Result<Self, &'static str> {
-        let damaged = "it is a compact basis that was cut short or altered";
-        let compact = CompactBasis::parse(bytes).map_err(|_| damaged)?;
-        let nodes = compact.nodes();
+    /// A description of the defect, if the bytes are not a basis.
+    pub fn parse(bytes: &[u8]) -> Result<Self, &'static str> {
+        let damaged = "it is not a basis, or was cut short or altered";
+        let basis = CompactBasis::parse(bytes).map_err(|_| damaged)?;
+        let nodes = basis.nodes();
         let mut table = Vec::new();
         for node in 0..nodes.count().ok_or(damaged)? {
-            let (mean, components) = compact.at_node(node).ok_or(damaged)?;
-            // A compact basis uses the mapping with median 0, so that ln(median w + e) is ln(e).
+            let (mean, components) = basis.at_node(node).ok_or(damaged)?;
+            // A file uses the mapping with median 0, so that ln(median w + e) is ln(e).
             table.extend([mean, EPSILON.ln() as f32]);
             table.extend(components);
         }
         Ok(Self {
+            nodes: Nodes::File(nodes),
             table,
-            components: compact.components(),
-            compact: Some(Compact {
-                nodes,
-                whole_checksum: compact.whole_checksum(),
-                file: bytes.to_vec(),
-            }),
+            components: basis.components(),
+            file: bytes.to_vec(),
         })
-    }
-
-    /// Parses a whole basis.
-    ///
-    /// # Errors
-    /// A description of the defect, if the bytes are not a whole basis.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, &'static str> {
-        let (words, []) = bytes.as_chunks::<4>() else {
-            return Err("its length is wrong");
-        };
-        let mut words = words.iter().map(|word| u32::from_le_bytes(*word));
-        let header: Vec<u32> = words.by_ref().take(FILE_HEADER).collect();
-        let Ok([fixed_words @ .., components]) = <[u32; FILE_HEADER]>::try_from(header) else {
-            return Err("it is too short");
-        };
-        let [h, d, p] = Grid::SHAPE;
-        if fixed_words != [u32::from_le_bytes(MAGIC), VERSION, h, d, p] {
-            return Err("it is not a basis of this format version");
-        }
-        let components = components as usize;
-        if components == 0 {
-            return Err("it has no components");
-        }
-        let length = components
-            .checked_add(NODE_HEADER)
-            .and_then(|row| row.checked_mul(Grid::LEN));
-        if length != Some(words.len()) {
-            return Err("its length is wrong");
-        }
-        let table: Vec<f32> = words.map(f32::from_bits).collect();
-        match table.iter().all(|number| number.is_finite()) {
-            true => Ok(Self::from_table(table, components)),
-            false => Err("its table contains a value that is not finite"),
-        }
     }
 }
 

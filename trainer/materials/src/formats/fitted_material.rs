@@ -29,12 +29,12 @@ pub const MODELS: [ModelKind; 4] = [
     ModelKind::Neural,
 ];
 
-/// A reference to the file of a whole basis.
+/// A reference to the file of a basis.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BasisFile {
     /// The path, relative to the directory of the material's file.
     pub file: String,
-    /// The CRC-32 of its bytes, as eight hexadecimal digits.
+    /// The checksum that a recipe has of it, as eight hexadecimal digits.
     pub checksum: String,
 }
 

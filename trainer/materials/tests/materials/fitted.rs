@@ -4,7 +4,7 @@ use std::fs;
 use std::sync::LazyLock;
 
 use glimpse_core::model::ModelKind;
-use glimpse_materials::basis::{Basis, Grid};
+use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{BasisFile, Brdf, FittedBrdf, FittedMaterial, MODELS, Source};
 use rand::{Rng, SeedableRng};
@@ -13,13 +13,9 @@ use rand_chacha::ChaCha8Rng;
 use crate::folder::Folder;
 use crate::with_derivative;
 
-/// A basis with four components. Each node has a mean, a constant ln(median w + e), and its own components.
 static BASIS: LazyLock<Basis> = LazyLock::new(|| {
-    let node = |node: usize| {
-        let wave = |k: f32| 0.1 * (k * node as f32).sin();
-        [wave(0.3), -2.0, wave(0.5), wave(0.7), wave(1.1), wave(1.3)]
-    };
-    Basis::from_table((0..Grid::LEN).flat_map(node).collect(), 4)
+    let bytes = include_bytes!("../../../recipes/linear.basis24");
+    Basis::parse(bytes).expect("a valid basis")
 });
 
 fn fitted(model: ModelKind, seed: u64) -> FittedMaterial {
@@ -35,9 +31,8 @@ fn fitted(model: ModelKind, seed: u64) -> FittedMaterial {
 #[test]
 fn file_keeps_every_bit() {
     let scratch = Folder::new();
-    let bytes = BASIS.to_bytes();
-    scratch.write("a.basis", &bytes);
-    let basis = BasisFile::new("../a.basis".to_owned(), Basis::checksum(&bytes));
+    scratch.write("a.basis", BASIS.file());
+    let basis = BasisFile::new("../a.basis".to_owned(), BASIS.checksum());
     for (seed, model) in (0..4).zip(MODELS) {
         let material = fitted(model, seed);
         let basis = (model == ModelKind::Linear).then_some(&basis);

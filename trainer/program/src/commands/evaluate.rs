@@ -1,9 +1,10 @@
 //! `trainer evaluate`
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use anyhow::{Context, Error, ensure};
+use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_evaluation::evaluation::{Degradation, Evaluator, Method};
 use glimpse_fitting::measurement::NamedRecipe;
@@ -53,7 +54,7 @@ pub(crate) struct Evaluate {
     /// Recipe files, or names of bundled recipes
     #[arg(long, required = true, num_args = 1.., value_name = "FILE")]
     recipe: Vec<PathBuf>,
-    /// Compact basis file (trainer export --format basis) that replaces the recipe's whole basis,
+    /// Compact basis file (trainer export --format basis) that replaces the recipe's basis,
     /// as on a device
     #[arg(long, conflicts_with = "adaptive")]
     basis: Option<PathBuf>,
@@ -93,18 +94,16 @@ const DEFAULT_SEEDS: u64 = 5;
 impl Evaluate {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         self.refuse_unused_options()?;
-        let compact = self.basis.as_ref().map(|path| {
-            let context = || format!("cannot read the compact basis {}", path.display());
-            let bytes = Basis::read_compact(path).with_context(context)?;
-            let basis = Basis::from_compact_bytes(&bytes).map_err(Error::msg);
-            basis.with_context(context)
-        });
-        let compact = compact.transpose()?;
         let recipes = self.recipe.iter().map(|path| match self.adaptive.adaptive {
             Some(_) => Ok(NamedRecipe::read(path)?),
             None => self.geometry.read(path),
         });
-        let recipes = recipes.collect::<anyhow::Result<Vec<_>>>()?;
+        let mut recipes = recipes.collect::<anyhow::Result<Vec<_>>>()?;
+        if let (Some(path), [named, ..]) = (&self.basis, &mut recipes[..]) {
+            let checksum = named.file.recipe().basis_checksum();
+            let checksum = checksum.context("--basis has no effect: the recipe has no basis")?;
+            named.basis = Some(Arc::new(Basis::read(path, checksum)?));
+        }
         for named in &recipes {
             let recipe = named.file.recipe();
             match self.adaptive.adaptive {
@@ -126,8 +125,8 @@ impl Evaluate {
             let mut method = match adaptive {
                 Some(adaptive) => Method::adaptive(adaptive),
                 None => {
-                    let basis = compact.as_ref().or(named.basis.as_deref());
-                    Method::with_recipe(&recipe, basis, Some(named.prior.clone()))?
+                    let prior = Some(named.prior.clone());
+                    Method::with_recipe(&recipe, named.basis.as_deref(), prior)?
                 }
             };
             method.degradation = self.degradation;

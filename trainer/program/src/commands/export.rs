@@ -7,7 +7,6 @@ use clap::Args;
 use glimpse_fitting::export::{to_c, to_json};
 use glimpse_fitting::linear::{COMPACT_COMPONENTS, COMPACT_NODES, to_compact_bytes};
 use glimpse_fitting::recipe::Metadata;
-use glimpse_materials::basis::Basis;
 
 use super::geometry::GeometryArgs;
 use super::{numbers, read_recipe};
@@ -81,7 +80,7 @@ impl Export {
         write_file(&self.out, &bytes, self.force)
     }
 
-    /// Compacts the whole basis next to a recipe of the model linear.
+    /// Returns the recipe's basis at few enough nodes for a device.
     fn compact_basis(&self) -> anyhow::Result<Vec<u8>> {
         let named = read_recipe(&self.recipe)?;
         let basis = named.basis.with_context(|| {
@@ -90,27 +89,17 @@ impl Export {
                 self.recipe.display()
             )
         })?;
+        let all = basis.components();
+        let components = self.components.unwrap_or(COMPACT_COMPONENTS.min(all));
         ensure!(
-            !basis.is_compact(),
-            "{} is a compact basis already: copy it, or train the recipe again for a whole basis",
-            Basis::path_for(&self.recipe).display()
+            (1..=all).contains(&components),
+            "--components {components} is out of range: this recipe's basis has {all}; give 1 to {all}"
         );
-        compact_basis(&basis, self.components)
+        let bytes = to_compact_bytes(&basis, components, COMPACT_NODES);
+        eprintln!(
+            "compact basis: {components} of {all} components, {} bytes, valid for recipes of any n with the same basis",
+            bytes.len()
+        );
+        Ok(bytes)
     }
-}
-
-/// Compacts a whole basis to a given number of components, or else to [`COMPACT_COMPONENTS`] of them.
-pub(crate) fn compact_basis(basis: &Basis, components: Option<usize>) -> anyhow::Result<Vec<u8>> {
-    let all = basis.components();
-    let components = components.unwrap_or(COMPACT_COMPONENTS.min(all));
-    ensure!(
-        (1..=all).contains(&components),
-        "--components {components} is out of range: this recipe's basis has {all}; give 1 to {all}"
-    );
-    let bytes = to_compact_bytes(basis, components, COMPACT_NODES);
-    eprintln!(
-        "compact basis: {components} of {all} components, {} bytes, valid for recipes of any n with the same whole basis",
-        bytes.len()
-    );
-    Ok(bytes)
 }

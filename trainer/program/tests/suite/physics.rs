@@ -10,7 +10,7 @@ use rayon::prelude::*;
 /// Returns the fit of a bundled recipe to a material.
 fn fit(recipe: &str, material: &dyn Material) -> FittedMaterial {
     let bundled = bundled::find(recipe).expect("a bundled recipe");
-    let basis = bundled.basis().map(Basis::from_compact_bytes);
+    let basis = bundled.basis().map(Basis::parse);
     let basis = basis.transpose().expect("a valid basis");
     let method = Method::with_recipe(&bundled.recipe(), basis.as_ref(), None);
     let method = method.expect("a method");

@@ -2,13 +2,12 @@
 
 use glimpse_core::fit::Sgd;
 use glimpse_core::recipe::Contents;
-use glimpse_fitting::linear::ComponentsAt;
+use glimpse_fitting::linear::{ComponentsAt, to_host_bytes};
 use glimpse_fitting::recipe::expected_loss::{ValidatedLoss, ValidationSplit};
 use glimpse_fitting::recipe::options::{TrainedParts, TrainingOptions};
 use glimpse_fitting::recipe::sections::{Arena, count};
 use glimpse_kernels::ModelKernels;
 use glimpse_materials::Material;
-use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::uniform_valid;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -117,17 +116,16 @@ fn train_ridge<'a>(
 
     let all: Vec<usize> = (0..columns.count()).collect();
     let basis = principal_components(&columns, &all, objective.components());
-    let bytes = basis.to_bytes();
     let pattern = Reach::ANY.reachable_angles(&values.pattern);
     let at = ComponentsAt::new(&basis, pattern.clone());
     let precision = vec![eta; basis.components()];
     Ok(Learned {
         pattern,
         fit: Contents {
-            ridge: Some(arena.ridge(&at, &precision, Basis::checksum(&bytes))),
+            ridge: Some(arena.ridge(&at, &precision, basis.checksum())),
             ..Contents::default()
         },
-        basis: Some(bytes),
+        basis: Some(to_host_bytes(&basis)),
         expected_loss: Some(ValidatedLoss {
             estimate: objective.expected_loss(&values),
             // A single material is trained with its own basis.

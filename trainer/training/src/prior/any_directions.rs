@@ -99,7 +99,7 @@ pub(crate) fn train_any<'a>(
     let mean_precision: Vec<f32> = precision(&mean_variance, NOISE_VARIANCE / 3.0);
     let difference_precision: Vec<f32> = precision(&difference_variance, NOISE_VARIANCE);
     let compact = to_compact_bytes(&basis, basis.components(), COMPACT_NODES);
-    let Ok(basis) = Basis::from_compact_bytes(&compact) else {
+    let Ok(basis) = Basis::parse(&compact) else {
         return Err(TrainError::TooFewMaterials);
     };
     let subset = Subset::new(&dataset, basis, &[]);
@@ -127,7 +127,7 @@ pub(crate) fn train_any<'a>(
                 difference_precision: arena.floats(&difference_precision),
                 center: Floats::default(),
                 rows: PackedRows::default(),
-                basis_checksum: subset.basis.whole_checksum(),
+                basis_checksum: subset.basis.checksum(),
             }),
             noise: Some(Noise {
                 variance: NOISE_VARIANCE as f32,

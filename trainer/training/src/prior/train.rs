@@ -4,7 +4,7 @@
 use glimpse_core::fit::Ridge;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Contents;
-use glimpse_fitting::linear::ComponentsAt;
+use glimpse_fitting::linear::{ComponentsAt, to_host_bytes};
 use glimpse_fitting::recipe::expected_loss::{LossEstimate, ValidatedLoss, ValidationSplit};
 use glimpse_fitting::recipe::options::{Effort, TrainingOptions};
 use glimpse_fitting::recipe::sections::Arena;
@@ -87,8 +87,8 @@ pub(crate) fn train<'a>(
     let pattern = objective.reach.reachable_angles(&values.pattern);
     let hyperparameters = Hyperparameters::decode(&values.hyperparameters, all.basis.components());
     let refinement = objective.sections(arena, &values);
-    let basis = refinement.is_none().then(|| all.basis.to_bytes());
-    let checksum = basis.as_deref().map_or(0, Basis::checksum);
+    let basis = refinement.is_none().then_some(&all.basis);
+    let checksum = basis.map_or(0, Basis::checksum);
     let at = ComponentsAt::new(&all.basis, pattern.clone());
     Ok(Learned {
         pattern,
@@ -113,7 +113,7 @@ pub(crate) fn train<'a>(
                 .with_sources(&held_out.complete, &counts.collect::<Vec<_>>())
                 .with_partial(&held_out.partial, options.samples)
         }),
-        basis,
+        basis: basis.map(to_host_bytes),
         expected_loss: Some(expected_loss),
     })
 }

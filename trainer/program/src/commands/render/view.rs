@@ -13,11 +13,9 @@ use glimpse_fitting::measurement::{
 };
 use glimpse_fitting::route::MachineArgs;
 use glimpse_kernels::scan::scan_with_missing;
-use glimpse_materials::basis::Basis;
 use glimpse_materials::{Material, Source};
 use glimpse_viewer::{RecipeScan, Reference, STYLE, View as Page};
 
-use super::super::export::compact_basis;
 use super::super::load_single;
 use super::super::numbers::number;
 use super::super::training_overlap::warn;
@@ -101,7 +99,7 @@ impl View {
             scans.push(RecipeScan {
                 name: name_of(path),
                 recipe: chosen.file,
-                basis: chosen.basis.as_deref().map(compact_bytes).transpose()?,
+                basis: chosen.basis.map(|basis| basis.file().to_vec()),
                 readings,
                 next,
             });
@@ -187,15 +185,6 @@ impl View {
 fn name_of(path: &Path) -> String {
     let name = path.file_stem().unwrap_or_default();
     name.to_string_lossy().into_owned()
-}
-
-/// Returns a basis as the device reads it.
-fn compact_bytes(basis: &Basis) -> anyhow::Result<Vec<u8>> {
-    if basis.is_compact() {
-        Ok(basis.to_bytes())
-    } else {
-        compact_basis(basis, None)
-    }
 }
 
 /// A recipe, its readings, and the direction to read next.

@@ -4,12 +4,11 @@
 mod basis;
 mod compact;
 mod condition;
-mod file;
 mod grid;
 
 use std::sync::LazyLock;
 
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::{Basis, Grid};
 use glimpse_materials::{Material, Procedural};
 use glimpse_training::linear::{Columns, principal_components};
 use rand::SeedableRng;
@@ -42,15 +41,9 @@ pub(crate) fn basis(components: usize) -> Basis {
     principal_components(&MATERIALS.columns, &all, components)
 }
 
-/// Reads the table of a basis from the bytes of its file. The row of a node holds the mean minus the median of the
-/// columns, the median plus ln e, and the components.
+/// Returns the table of a basis. The row of a node holds the mean minus the median of the columns, the median plus ln e,
+/// and the components.
 pub(crate) fn rows(basis: &Basis) -> Vec<Vec<f64>> {
-    const HEADER_BYTES: usize = 6 * 4;
-    let bytes = basis.to_bytes();
-    let words = bytes[HEADER_BYTES..].as_chunks::<4>().0.iter();
-    let numbers: Vec<f64> = words
-        .map(|word| f64::from(f32::from_le_bytes(*word)))
-        .collect();
-    let rows = numbers.chunks(2 + basis.components());
-    rows.map(<[f64]>::to_vec).collect()
+    let row = |node| basis.row(node).iter().copied().map(f64::from).collect();
+    (0..Grid::LEN).map(row).collect()
 }
