@@ -84,7 +84,10 @@ impl OutputFormat {
     /// Returns the name, and the names and contents of the files.
     fn description(self) -> (&'static str, &'static str) {
         match self {
-            Self::Brdf(format) => (format.name(), format.description()),
+            Self::Brdf(format) => {
+                let properties = format.properties();
+                (properties.name, properties.description)
+            }
             Self::Shading(ShadingModel::Principled) => (
                 "principled",
                 "NAME_principled.json: parameters of Mitsuba 3's BSDF `principled`, for load_dict",
@@ -101,7 +104,7 @@ impl OutputFormat {
     /// Returns true if a file of this format is a table, which can hold any BRDF.
     #[must_use]
     pub fn is_table(self) -> bool {
-        matches!(self, Self::Brdf(format) if format.tabulate().is_some())
+        matches!(self, Self::Brdf(format) if format.properties().tabulate.is_some())
     }
 
     /// Returns the requested format, or else that of the ending of a file's name.
@@ -132,7 +135,7 @@ impl OutputFormat {
     /// Returns the ends of the names of written files, one for each file.
     fn endings(self) -> Vec<&'static str> {
         match self {
-            Self::Brdf(format) => format.written_endings().to_vec(),
+            Self::Brdf(format) => format.properties().written.to_vec(),
             Self::Shading(model) => vec![model.suffix()],
         }
     }
@@ -252,14 +255,16 @@ pub fn encode(
     };
     match format {
         OutputFormat::Brdf(format) => {
-            let Some(tabulate) = format.tabulate() else {
+            let Some(tabulate) = format.properties().tabulate else {
                 let network = match material.network() {
                     Some(network) => network,
                     None => fit_network(material, seed)?,
                 };
                 return Ok(encoded(to_nbrdf(&network).to_vec()));
             };
-            let spectrum = material.spectrum().filter(|_| format.has_spectra());
+            let spectrum = material
+                .spectrum()
+                .filter(|_| format.properties().has_spectra);
             let groups: Vec<_> = spectrum.iter().flat_map(|bands| bands.groups()).collect();
             let in_rgb = Physical::as_fitted(material);
             let brdfs: Vec<&dyn Brdf> = match spectrum {

@@ -39,7 +39,7 @@ pub(crate) fn check_network(input: &[u8]) {
     let folder = Folder::new();
     let mut arrays = to_nbrdf(&NeuralParameters::filled(0.1));
     arrays[usize::from(*replaced) % 6] = bytes.to_vec();
-    for (ending, bytes) in Format::Nbrdf.written_endings().iter().zip(arrays) {
+    for (ending, bytes) in Format::Nbrdf.properties().written.iter().zip(arrays) {
         folder.write(&format!("input{ending}"), &bytes);
     }
     check_source(&folder.path().join("input_b2.npy"), "input_");
@@ -98,7 +98,7 @@ pub(crate) fn check_basis(bytes: &[u8]) {
     };
     assert_eq!(basis.file(), bytes);
     let coefficients = vec![0.5; 3 * basis.components()];
-    let reconstruction = basis.reconstruct_values(&coefficients);
+    let reconstruction = basis.reconstruct(&coefficients);
     let reconstruction = reconstruction.expect("all coefficients");
     for angles in ANGLES {
         let _ = reconstruction.brdf(&angles, 0.5);

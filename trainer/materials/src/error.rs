@@ -1,15 +1,17 @@
 //! Errors while reading materials, and values that cannot be written.
 
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::Angles;
+use memmap2::{Mmap, MmapOptions};
 
 use crate::Coverage;
 use crate::untrusted::read_at_most;
 
 /// The largest COUNT of `procedural:COUNT`.
-pub(super) const MAX_PROCEDURAL: usize = 100_000;
+pub(super) const MAX_PROCEDURAL: u64 = 100_000;
 /// All kinds of sources.
 const MATERIALS: &str = "a file of MERL (NAME.binary), RGL (NAME.bsdf), NBRDF (NAME_fc1.npy and its five siblings), SSDD \
                          (NAME.ssdd), OpenMATERIAL (NAME_brdf.xompt) or PAB-Opto, a fitted material.json, a directory \
@@ -128,6 +130,15 @@ pub(super) fn read_text(path: &Path, max_bytes: u64) -> Result<String, SourceErr
         let valid = error.utf8_error().valid_up_to();
         Defect::in_file(path)(format!("it is not UTF-8 text from byte {valid} on"))
     })
+}
+
+/// Maps a file. Nothing is allocated, and pages are read on first access. If the map is made writable, changes stay in
+/// memory.
+pub(super) fn map_file(path: &Path) -> Result<Mmap, SourceError> {
+    let file = File::open(path).map_err(read_error(path))?;
+    // SAFETY: every use copies the mapped bytes and accepts any value. One risk remains for every mapped file: if
+    // another program truncates it, the operating system stops this process.
+    unsafe { MmapOptions::new().map_copy_read_only(&file) }.map_err(read_error(path))
 }
 
 /// A defect of a file, and its remedy.

@@ -1,19 +1,13 @@
 //! Atomic writes of files, and writes to pipes and devices.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, OpenOptions};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
-
-use tempfile::NamedTempFile;
-
-/// The number of random characters at the end of a temporary file's name.
-const RANDOM_CHARACTERS: usize = 6;
 
 /// Writes a file atomically: a reader sees either the complete old content or the complete new content.
 ///
 /// The bytes go to a temporary file in the same directory, which then takes the name and the permissions of the old
-/// file. A symbolic link to a file is kept, and its target is written. Temporary files of earlier, interrupted writes of
-/// the same file are removed. A pipe or a device is written to directly.
+/// file. A symbolic link to a file is kept, and its target is written. A pipe or a device is written to directly.
 ///
 /// # Errors
 /// If the operating system cannot write the file, the file is read-only, or its directory does not exist. The temporary
@@ -22,10 +16,12 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let Some(path) = replaced_file(path)? else {
         return OpenOptions::new().append(true).open(path)?.write_all(bytes);
     };
-    for entry in fs::read_dir(directory_of(&path))? {
-        remove_leftover(&entry?.path(), &path);
-    }
-    let mut file = temporary_file(&path)?;
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".unfinished-");
+    // By default, only the owner can read a temporary file. This one becomes an ordinary file.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder.tempfile_in(directory_of(&path))?;
     if let Ok(old) = fs::metadata(&path) {
         file.as_file().set_permissions(old.permissions())?;
     }
@@ -120,45 +116,6 @@ pub(crate) fn directory_of(path: &Path) -> &Path {
     }
 }
 
-/// Returns the prefix of the names of a file's temporary files.
-fn temporary_prefix(path: &Path) -> String {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    format!(".unfinished-{name}-")
-}
-
-/// Creates a temporary file in the directory of `path`, locked until it is closed. Dropping the handle removes the file.
-fn temporary_file(path: &Path) -> io::Result<NamedTempFile> {
-    let prefix = temporary_prefix(path);
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(&prefix).rand_bytes(RANDOM_CHARACTERS);
-    // By default, only the owner can read a temporary file. This one becomes an ordinary file.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    loop {
-        let file = builder.tempfile_in(directory_of(path))?;
-        // Without locks on this file system, no process removes leftovers.
-        let _ = file.as_file().lock();
-        // Another process may have removed the file before it was locked.
-        if file.path().exists() {
-            return Ok(file);
-        }
-    }
-}
-
-/// Removes a temporary file of an interrupted write of `path`, which no process has locked.
-fn remove_leftover(entry: &Path, path: &Path) {
-    let name = entry.file_name().unwrap_or_default().to_string_lossy();
-    let suffix = name.strip_prefix(&temporary_prefix(path));
-    // A longer suffix contains the rest of another file's name.
-    if suffix.is_some_and(|suffix| suffix.len() == RANDOM_CHARACTERS)
-        && let Ok(file) = File::open(entry)
-        && file.try_lock().is_ok()
-    {
-        // Still locked. Another process may have removed it.
-        let _ = fs::remove_file(entry);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -199,21 +156,6 @@ mod tests {
         }
         assert_eq!(std::fs::read(path_of("folder/new")).unwrap(), b"three");
         assert_eq!(std::fs::read_dir(path_of("folder")).unwrap().count(), 1);
-    }
-
-    #[test]
-    fn removes_only_temporary_files_of_interrupted_writes() {
-        let scratch = tempfile::tempdir().unwrap();
-        let path_of = |name: &str| scratch.path().join(name);
-        let (file, leftover) = temporary_file(&path_of("a")).unwrap().keep().unwrap();
-        drop(file);
-        // Another process may write the same file, and a file whose name starts with the same characters.
-        let in_use = ["a", "a-b", "other"].map(|name| temporary_file(&path_of(name)).unwrap());
-        let (file, of_neighbor) = temporary_file(&path_of("a-b")).unwrap().keep().unwrap();
-        drop(file);
-        write_atomic(&path_of("a"), b"one").unwrap();
-        assert!(!leftover.exists());
-        assert!(in_use.iter().all(|file| file.path().exists()) && of_neighbor.exists());
     }
 
     #[test]

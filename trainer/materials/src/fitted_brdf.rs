@@ -1,11 +1,12 @@
-//! The BRDF of a fit.
+//! The BRDF of a fit: of red, green and blue, or of each band of a spectrum.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{ModelKind, NeuralParameters, ParameterSet};
 use glimpse_kernels::ModelKernels;
+use serde::{Deserialize, Serialize};
 
 use crate::basis::{Basis, Reconstruction};
-use crate::{Brdf, BrdfWithDerivative};
+use crate::{Brdf, BrdfWithDerivative, Viewing, weighted_sums};
 
 /// The BRDF of a fit: a model and its parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,7 +25,7 @@ impl FittedBrdf {
         let reconstruction = match model.parameters() {
             Some(count) if count == values.len() => None,
             Some(_) => return None,
-            None => Some(basis?.reconstruct_values(&values).ok()?),
+            None => Some(basis?.reconstruct(&values)?),
         };
         Some(Self {
             model,
@@ -83,4 +84,144 @@ impl Brdf for FittedBrdf {
         }
         values
     }
+}
+
+/// The number of bands of a group.
+const GROUP: usize = 3;
+
+/// Wavelengths and values, as in a file.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct BandValues {
+    /// Wavelengths in nm, in ascending order.
+    pub wavelengths: Vec<f32>,
+    /// The values of fits: for Linear, one for each three bands, as red, green and blue; for other models, one for each band,
+    /// as red.
+    pub values: Vec<Vec<f32>>,
+}
+
+/// A spectral BRDF.
+#[derive(Clone, Debug)]
+pub struct Bands {
+    values: BandValues,
+    fits: Vec<FittedBrdf>,
+    /// The number of bands of a fit.
+    per_fit: usize,
+    /// The weights of the bands in RGB.
+    weights: Vec<[f64; 3]>,
+}
+
+/// Three bands of a BRDF, instead of red, green and blue. The last group may repeat the last band.
+pub struct BandGroup<'b> {
+    /// One fit of three bands, or up to three fits of one band.
+    fits: &'b [FittedBrdf],
+    per_fit: usize,
+}
+
+impl Bands {
+    /// Returns the number of bands of a fit of a model. The coefficients of Linear's channels are independent.
+    #[must_use]
+    pub fn per_fit(model: ModelKind) -> usize {
+        match model {
+            ModelKind::Linear => GROUP,
+            _ => 1,
+        }
+    }
+
+    /// Makes a spectral BRDF. None if wavelengths do not increase, or values do not match them, the model or the basis.
+    #[must_use]
+    pub fn new(values: BandValues, model: ModelKind, basis: Option<&Basis>) -> Option<Self> {
+        let per_fit = Self::per_fit(model);
+        let mut numbers = values.values.iter().flatten();
+        let is_valid = values.wavelengths.is_sorted_by(|a, b| a < b)
+            && !values.wavelengths.is_empty()
+            && values.values.len() == values.wavelengths.len().div_ceil(per_fit)
+            && numbers.all(|value| value.is_finite());
+        let fits = values.values.iter().filter(|_| is_valid);
+        let fits = fits.map(|values| FittedBrdf::new(model, values.clone(), basis));
+        let fits = fits.collect::<Option<Vec<_>>>()?;
+        is_valid.then(|| Self {
+            weights: Viewing::default().rgb_weights(&values.wavelengths),
+            values,
+            fits,
+            per_fit,
+        })
+    }
+
+    /// Returns the values in a file.
+    #[must_use]
+    pub fn values(&self) -> &BandValues {
+        &self.values
+    }
+
+    /// Returns the wavelengths of the bands in nm, in ascending order.
+    #[must_use]
+    pub fn wavelengths(&self) -> &[f32] {
+        &self.values.wavelengths
+    }
+
+    /// Returns a BRDF for each three bands.
+    pub fn groups(&self) -> impl Iterator<Item = BandGroup<'_>> {
+        let per_fit = self.per_fit;
+        let groups = self.fits.chunks(GROUP / per_fit);
+        groups.map(move |fits| BandGroup { fits, per_fit })
+    }
+
+    /// Returns the BRDF of each band, sr^-1, not times the cosine, at each of these directions.
+    #[must_use]
+    pub fn evaluate(&self, at: &[HalfDifference<f32>]) -> Vec<Vec<f32>> {
+        let mut spectra = evaluate(&self.fits, self.per_fit, at);
+        for spectrum in &mut spectra {
+            spectrum.truncate(self.wavelengths().len());
+        }
+        spectra
+    }
+
+    /// Returns the colors of the spectra (CIE 1931, D65) in linear RGB, sr^-1, not times the cosine.
+    pub(crate) fn colors_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
+        let spectra = self.evaluate(at);
+        spectra
+            .iter()
+            .map(|spectrum| self.color(spectrum))
+            .collect()
+    }
+
+    /// Returns the color at angles, and for each channel its derivatives with respect to theta_h, theta_d and phi_d.
+    pub(crate) fn brdf_with_derivative(&self, angles: Angles<f32>) -> BrdfWithDerivative {
+        let fits = self.fits.iter();
+        let fits = fits.flat_map(|fit| {
+            let (values, derivatives) = fit.brdf_with_derivative(angles);
+            values.into_iter().zip(derivatives).take(self.per_fit)
+        });
+        let (values, derivatives): (Vec<_>, Vec<_>) = fits.unzip();
+        let by_angle = [0, 1, 2].map(|angle| {
+            let derivatives = derivatives.iter().map(|band| band[angle]);
+            self.color(&derivatives.collect::<Vec<_>>())
+        });
+        let derivative = [0, 1, 2].map(|channel| by_angle.map(|color| color[channel]));
+        (self.color(&values), derivative)
+    }
+
+    fn color(&self, spectrum: &[f32]) -> [f32; 3] {
+        let spectrum = spectrum.iter().map(|value| f64::from(*value));
+        weighted_sums(spectrum, &self.weights).map(|sum| sum as f32)
+    }
+}
+
+impl Brdf for BandGroup<'_> {
+    fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
+        let group = |bands: Vec<f32>| [0, 1, 2].map(|band| bands[band.min(bands.len() - 1)]);
+        let bands = evaluate(self.fits, self.per_fit, at).into_iter();
+        bands.map(group).collect()
+    }
+}
+
+/// Returns the bands of fits at each of these directions: the first `per_fit` channels of each fit.
+fn evaluate(fits: &[FittedBrdf], per_fit: usize, at: &[HalfDifference<f32>]) -> Vec<Vec<f32>> {
+    let mut spectra = vec![Vec::new(); at.len()];
+    for fit in fits {
+        for (spectrum, brdf) in spectra.iter_mut().zip(fit.values_at(at)) {
+            spectrum.extend_from_slice(&brdf[..per_fit]);
+        }
+    }
+    spectra
 }

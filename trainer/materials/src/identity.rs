@@ -80,7 +80,6 @@ mod tests {
     use glimpse_core::geometry::HalfDifference;
 
     use super::*;
-    use crate::Procedural;
 
     #[test]
     fn directions_are_distinct_and_above_the_horizon() {
@@ -91,35 +90,5 @@ mod tests {
             })
             .collect();
         assert_eq!(distinct.len(), 64);
-    }
-
-    use crate::Brdf;
-
-    struct Constant(f32);
-
-    impl Brdf for Constant {
-        fn at_angles(&self, _: Angles<f32>) -> [f32; 3] {
-            [self.0; 3]
-        }
-    }
-
-    impl Material for Constant {
-        fn name(&self) -> &str {
-            "constant"
-        }
-    }
-
-    #[test]
-    fn digest_depends_on_the_brdf_alone() {
-        // 64 directions of three f32 each: 768 zero bytes.
-        let zeros = crc_32(&[0; 768]);
-        assert_eq!(digest(&Constant(0.0)), zeros);
-        assert_ne!(digest(&Constant(f32::from_bits(1))), zeros);
-
-        let set = Procedural::set(50, 0);
-        let digests: HashSet<u32> = set.iter().map(|material| digest(material)).collect();
-        assert_eq!(digests.len(), 50);
-        assert_eq!(digest(&set[7]), digest(&Procedural::set(8, 0)[7]));
-        assert_ne!(digest(&set[7]), digest(&Procedural::set(8, 1)[7]));
     }
 }

@@ -238,22 +238,18 @@ mod tests {
         for theta_i in [0.0_f32, 30.0, 60.0] {
             let (sine, cosine) = theta_i.to_radians().sin_cos();
             let mut sums = [0.0; 3];
-            for row in 0..400 {
-                let theta_o = FRAC_PI_2 * (row as f32 + 0.5) / 400.0;
-                for column in 0..400 {
-                    let phi = TAU * (column as f32 + 0.5) / 400.0;
-                    let outgoing = [
-                        theta_o.sin() * phi.cos(),
-                        theta_o.sin() * phi.sin(),
-                        theta_o.cos(),
-                    ];
-                    let incoming = [sine, 0.0, cosine];
-                    let at = HalfDifference::from_directions(&Directions { incoming, outgoing });
-                    let brdf = at.map_or([0.0; 3], |at| unphysical(&at));
-                    let weight = theta_o.cos() * theta_o.sin() * TAU * FRAC_PI_2 / 160_000.0;
-                    for (sum, f) in sums.iter_mut().zip(brdf) {
-                        *sum += f * weight;
-                    }
+            for index in 0..160_000 {
+                let middle = |step: i32| (step as f32 + 0.5) / 400.0;
+                let theta_o = FRAC_PI_2 * middle(index / 400);
+                let (sin_phi, cos_phi) = (TAU * middle(index % 400)).sin_cos();
+                let (sin_o, cos_o) = theta_o.sin_cos();
+                let outgoing = [sin_o * cos_phi, sin_o * sin_phi, cos_o];
+                let incoming = [sine, 0.0, cosine];
+                let at = HalfDifference::from_directions(&Directions { incoming, outgoing });
+                let brdf = at.map_or([0.0; 3], |at| unphysical(&at));
+                let weight = cos_o * sin_o * TAU * FRAC_PI_2 / 160_000.0;
+                for (sum, f) in sums.iter_mut().zip(brdf) {
+                    *sum += f * weight;
                 }
             }
             for (actual, expected) in directional_albedo(&unphysical, theta_i).iter().zip(sums) {

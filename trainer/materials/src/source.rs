@@ -1,15 +1,17 @@
-//! A source of materials: a directory, a file, or the built-in procedural set.
+//! Sources of materials: directories, files, and the built-in procedural set; and the share of each in a training.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::error::{MAX_PROCEDURAL, SourceError, entries, read_error};
 use crate::formats::fitted_material::FittedMaterial;
 use crate::formats::{Format, nbrdf, pab};
+use crate::setting::Name;
 use crate::{Material, Procedural};
 
 /// A source of materials, as written on the command line:
@@ -56,17 +58,6 @@ impl Source {
     #[must_use]
     pub fn is_built_in(&self) -> bool {
         procedural(&self.0).is_ok_and(|set| set.is_some())
-    }
-
-    /// Returns the number of materials without reading them.
-    ///
-    /// # Errors
-    /// If the path does not exist, or two materials have the same name.
-    pub fn count(&self) -> Result<usize, SourceError> {
-        if let Some((count, _)) = procedural(&self.0)? {
-            return Ok(count);
-        }
-        Ok(self.paths()?.len())
     }
 
     /// Reads all materials, sorted by name. Their BRDFs are known at all directions.
@@ -161,17 +152,17 @@ fn procedural(text: &str) -> Result<Option<(usize, u64)>, SourceError> {
     if parts.next() != Some("procedural") {
         return Ok(None);
     }
-    let (mut count, mut seed) = (100, 0);
-    if let Some(part) = parts.next() {
-        count = part.parse().map_err(|_| invalid())?;
-    }
-    if let Some(part) = parts.next() {
-        seed = part.parse().map_err(|_| invalid())?;
-    }
-    if parts.next().is_some() || !(1..=MAX_PROCEDURAL).contains(&count) {
+    let numbers = parts.map(|part| part.parse().ok());
+    let (count, seed) = match numbers.collect::<Option<Vec<u64>>>().as_deref() {
+        Some([]) => (100, 0),
+        Some([count]) => (*count, 0),
+        Some([count, seed]) => (*count, *seed),
+        _ => return Err(invalid()),
+    };
+    if !(1..=MAX_PROCEDURAL).contains(&count) {
         return Err(invalid());
     }
-    Ok(Some((count, seed)))
+    Ok(Some((count as usize, seed)))
 }
 
 /// Reads one material.
@@ -246,4 +237,172 @@ fn is_second_form(path: &Path) -> bool {
     let name = path.file_name().and_then(|name| name.to_str());
     let name = name.and_then(|name| name.strip_suffix("_spec.bsdf"));
     name.is_some_and(|name| path.with_file_name(format!("{name}_rgb.bsdf")).is_file())
+}
+
+/// Sources of materials, and the share of training tasks that each gets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sources {
+    sources: Vec<Source>,
+    /// One share for each source, with sum 1. None if all materials have equal weight.
+    shares: Option<Vec<f32>>,
+}
+
+/// The origin of materials.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Origin {
+    /// Files of the user, or materials that a program defines.
+    Files,
+    /// Procedural materials of the trainer.
+    BuiltIn,
+}
+
+/// The materials of one source and their share of the training tasks. They are consecutive in the list of all
+/// materials.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SourceShare {
+    /// The source's label.
+    pub label: String,
+    /// The origin of the materials.
+    pub origin: Origin,
+    /// The number of materials.
+    pub materials: usize,
+    /// The source's share of the training tasks. Tasks of added procedural materials do not count. The shares of all
+    /// sources have sum 1.
+    pub share: f32,
+}
+
+impl SourceShare {
+    /// Returns the share of a single source: all tasks.
+    #[must_use]
+    pub fn single(source: &Source, materials: usize) -> Self {
+        Self {
+            label: source.label().to_owned(),
+            origin: if source.is_built_in() {
+                Origin::BuiltIn
+            } else {
+                Origin::Files
+            },
+            materials,
+            share: 1.0,
+        }
+    }
+}
+
+/// Materials of several sources, and the share of each source.
+pub type MaterialsAndShares = (Vec<Box<dyn Material>>, Vec<SourceShare>);
+
+/// Shares that do not fit the sources.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ShareError {
+    /// The number of shares differs from that of sources.
+    #[error(
+        "the number of values of {share} is {shares}, and that of {materials} is {sources}; give one share for each source",
+        share = Name("share"), materials = Name("materials")
+    )]
+    Count {
+        /// The number of sources.
+        sources: usize,
+        /// The number of shares.
+        shares: usize,
+    },
+    /// A share, or the sum of all shares, is not a positive finite number.
+    #[error(
+        "a value or the sum of {share} is {0}, and both must be finite and above 0; give smaller positive numbers, or \
+         remove the source from {materials}", share = Name("share"), materials = Name("materials")
+    )]
+    NotPositive(f32),
+    /// There is a share, but a single source.
+    #[error(
+        "{share} has no effect with a single source: remove it, or give several {materials}",
+        share = Name("share"), materials = Name("materials")
+    )]
+    Single,
+}
+
+impl Sources {
+    /// Combines sources in proportion to `shares`. Without shares, each source is weighted by its number of materials.
+    ///
+    /// # Errors
+    /// If `shares` is neither empty nor a list of one positive finite number for each source, with a finite sum.
+    pub fn new(sources: Vec<Source>, shares: &[f32]) -> Result<Self, ShareError> {
+        let sum: f32 = shares.iter().sum();
+        let mut numbers = shares.iter().chain(shares.first().map(|_| &sum));
+        if let Some(number) = numbers.find(|number| !(**number > 0.0 && number.is_finite())) {
+            return Err(ShareError::NotPositive(*number));
+        }
+        let shares = match shares {
+            [] => None,
+            [_] if sources.len() == 1 => return Err(ShareError::Single),
+            shares if shares.len() == sources.len() => {
+                Some(shares.iter().map(|share| share / sum).collect())
+            }
+            _ => {
+                return Err(ShareError::Count {
+                    sources: sources.len(),
+                    shares: shares.len(),
+                });
+            }
+        };
+        Ok(Self { sources, shares })
+    }
+
+    /// Returns the sources.
+    #[must_use]
+    pub fn as_slice(&self) -> &[Source] {
+        &self.sources
+    }
+
+    /// Returns the labels of the sources, with their shares if any were given.
+    #[must_use]
+    pub fn label(&self) -> String {
+        let indexed = self.sources.iter().enumerate();
+        let labels = indexed.map(|(index, source)| match &self.shares {
+            Some(shares) => format!("{} ({:.3})", source.label(), shares[index]),
+            None => source.label().to_owned(),
+        });
+        labels.collect::<Vec<_>>().join(" and ")
+    }
+
+    /// Reads the materials of all sources.
+    ///
+    /// # Errors
+    /// If a source cannot be read, or two sources hold a material of the same name.
+    pub fn load(&self) -> Result<MaterialsAndShares, SourceError> {
+        let lists = self.sources.iter().map(Source::load);
+        self.join(lists.collect::<Result<_, _>>()?)
+    }
+
+    /// Joins the materials of each source.
+    ///
+    /// # Errors
+    /// If two sources hold a material of the same name.
+    pub fn join(
+        &self,
+        lists: Vec<Vec<Box<dyn Material>>>,
+    ) -> Result<MaterialsAndShares, SourceError> {
+        let mut source_by_name: HashMap<String, &Source> = HashMap::new();
+        for (source, list) in self.sources.iter().zip(&lists) {
+            for material in list {
+                if let Some(first) = source_by_name.insert(material.name().to_owned(), source) {
+                    return Err(SourceError::DuplicateName {
+                        name: material.name().to_owned(),
+                        first: first.0.as_str().into(),
+                        second: source.0.as_str().into(),
+                    });
+                }
+            }
+        }
+        let total: usize = lists.iter().map(Vec::len).sum();
+        let indexed = self.sources.iter().zip(&lists).enumerate();
+        let source_shares = indexed.map(|(index, (source, list))| SourceShare {
+            share: match &self.shares {
+                Some(shares) => shares[index],
+                None => list.len() as f32 / total as f32,
+            },
+            ..SourceShare::single(source, list.len())
+        });
+        let source_shares = source_shares.collect();
+        Ok((lists.into_iter().flatten().collect(), source_shares))
+    }
 }

@@ -20,7 +20,7 @@ pub(crate) struct Learned<'a> {
     /// The predictor of a material's loss. None for a recipe without completed readings, and for too few materials to
     /// form folds.
     pub(crate) loss_predictor: Option<LossPredictor>,
-    /// The file of the full basis, which accompanies a recipe of the model Linear.
+    /// The file of the basis, which accompanies a recipe of the model Linear.
     pub(crate) basis: Option<Vec<u8>>,
     /// The expected loss on an unseen material. None without a pattern: it depends on the directions.
     pub(crate) expected_loss: Option<ValidatedLoss>,

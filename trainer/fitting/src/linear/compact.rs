@@ -72,19 +72,14 @@ pub fn to_compact_bytes(basis: &Basis, components: usize, nodes: Nodes) -> Vec<u
 /// f is the BRDF in sr⁻¹, w is cos(theta_i) cos(theta_o), and e is the constant of
 /// [`map`](glimpse_core::model::linear::map).
 fn columns_at_nodes(basis: &Basis, components: usize, nodes: Nodes) -> Vec<Vec<f64>> {
-    let unknowns = Unknowns::new(nodes);
+    let count = nodes.count().unwrap_or_default();
     let angles = uniform_valid(DIRECTIONS, SEED);
     let rows = angles.iter().map(|angles| {
         let corners = nodes.corners(&HalfDifference::from_angles(*angles));
-        corners.map(|corner| (unknowns.of_node(corner.node), corner.weight))
+        corners.map(|corner| (unknown_of(nodes, corner.node), corner.weight))
     });
-    let smoothness = SMOOTHNESS * DIRECTIONS as f64 / unknowns.node_count() as f64;
-    let system = LeastSquares::new(
-        unknowns.node_count(),
-        rows.collect(),
-        unknowns.neighbors(),
-        smoothness,
-    );
+    let smoothness = SMOOTHNESS * DIRECTIONS as f64 / count as f64;
+    let system = LeastSquares::new(count, rows.collect(), neighbors(nodes), smoothness);
 
     let values: Vec<Vec<f32>> = angles
         .par_iter()
@@ -95,8 +90,8 @@ fn columns_at_nodes(basis: &Basis, components: usize, nodes: Nodes) -> Vec<Vec<f
         .map(|column| {
             let targets: Vec<f32> = values.iter().map(|row| row[column]).collect();
             let solution = system.solve(&targets);
-            (0..unknowns.node_count())
-                .map(|node| solution[unknowns.of_node(node) as usize])
+            (0..count)
+                .map(|node| solution[unknown_of(nodes, node) as usize])
                 .collect()
         })
         .collect()
@@ -113,7 +108,7 @@ fn symmetrized(basis: &Basis, angles: &Angles<f64>, components: usize) -> Vec<f3
         .zip(&other.components)
         .take(components);
     let values = components.map(|(one, other)| 0.5 * (one[0] + other[0]));
-    let mean = 0.5 * (one.center()[0] + other.center()[0]);
+    let mean = 0.5 * (one.center[0] + other.center[0]);
     [mean]
         .into_iter()
         .chain(values)
@@ -161,9 +156,8 @@ pub(super) fn pack(checksum: u32, nodes: Nodes, columns: &[Vec<f64>]) -> Vec<u8>
 
 /// Returns the angles of a node: the inverse of the coordinates in `core/docs/basis.md`.
 pub(super) fn angles_at(nodes: Nodes, node: usize) -> Angles<f64> {
-    let shape = [nodes.theta_h, nodes.theta_d, nodes.phi_d];
-    let indices = Unknowns::new(nodes).indices(node);
-    let [u, v, p] = [0, 1, 2].map(|axis| indices[axis] as f64 / f64::from(shape[axis] - 1));
+    let (indices, shape) = (indices(nodes, node), shape(nodes));
+    let [u, v, p] = [0, 1, 2].map(|axis| indices[axis] as f64 / (shape[axis] - 1) as f64);
     let theta_h = 2.0 * (u * u / SQRT_2).min(1.0).asin();
     let theta_d = (1.0 - v).acos();
     let steepness = theta_h.min(FRAC_PI_2).tan() * theta_d.tan();
@@ -174,66 +168,43 @@ pub(super) fn angles_at(nodes: Nodes, node: usize) -> Angles<f64> {
     }
 }
 
-/// The unknowns of the least-squares fit: one per direction. Nodes at theta_h = 0 or theta_d = 0 that differ only in
-/// phi_d have the same direction, and share an unknown. Each unknown has the index of its first node.
-struct Unknowns {
-    nodes: Nodes,
+/// Returns the number of nodes along the axes theta_h, theta_d and phi_d.
+fn shape(nodes: Nodes) -> [usize; 3] {
+    [nodes.theta_h, nodes.theta_d, nodes.phi_d].map(usize::from)
 }
 
-impl Unknowns {
-    fn new(nodes: Nodes) -> Self {
-        Self { nodes }
-    }
+/// Returns the indices of a node along the axes theta_h, theta_d and phi_d.
+fn indices(nodes: Nodes, node: usize) -> [usize; 3] {
+    let [_, v_count, p_count] = shape(nodes);
+    [
+        node / (v_count * p_count),
+        node / p_count % v_count,
+        node % p_count,
+    ]
+}
 
-    /// Returns the number of nodes. The indices of unknowns are smaller.
-    fn node_count(&self) -> usize {
-        self.nodes.count().unwrap_or_default()
-    }
+/// Returns the unknown of a node in the least-squares fit: the index of the first node with the same direction. Nodes at
+/// theta_h = 0 or theta_d = 0 that differ only in phi_d have the same direction.
+fn unknown_of(nodes: Nodes, node: usize) -> u32 {
+    let [u, v, p] = indices(nodes, node);
+    let first = if u == 0 || v == 0 { node - p } else { node };
+    first as u32
+}
 
-    /// Returns the node at indices along the axes theta_h, theta_d and phi_d.
-    fn node(&self, [u, v, p]: [usize; 3]) -> usize {
-        let [_, v_count, p_count] = self.shape();
-        (u * v_count + v) * p_count + p
-    }
-
-    /// Returns the indices of a node along the axes theta_h, theta_d and phi_d.
-    fn indices(&self, node: usize) -> [usize; 3] {
-        let [_, v_count, p_count] = self.shape();
-        [
-            node / (v_count * p_count),
-            node / p_count % v_count,
-            node % p_count,
-        ]
-    }
-
-    /// Returns the number of nodes along each axis.
-    fn shape(&self) -> [usize; 3] {
-        [self.nodes.theta_h, self.nodes.theta_d, self.nodes.phi_d].map(usize::from)
-    }
-
-    /// Returns the unknown of a node: the index of the first node with the same direction.
-    fn of_node(&self, node: usize) -> u32 {
-        let [u, v, p] = self.indices(node);
-        let first = if u == 0 || v == 0 { node - p } else { node };
-        first as u32
-    }
-
-    /// Returns the pairs of unknowns of adjacent nodes.
-    fn neighbors(&self) -> Vec<(u32, u32)> {
-        let shape = self.shape();
-        let mut pairs = Vec::new();
-        for node in 0..self.node_count() {
-            for axis in 0..3 {
-                let mut next = self.indices(node);
-                next[axis] += 1;
-                let (one, other) = (self.of_node(node), self.of_node(self.node(next)));
-                if next[axis] < shape[axis] && one != other {
-                    pairs.push((one, other));
-                }
+/// Returns the pairs of unknowns of adjacent nodes.
+fn neighbors(nodes: Nodes) -> Vec<(u32, u32)> {
+    let shape = shape(nodes);
+    let strides = [shape[1] * shape[2], shape[2], 1];
+    let mut pairs = Vec::new();
+    for node in 0..nodes.count().unwrap_or_default() {
+        for (axis, index) in indices(nodes, node).into_iter().enumerate() {
+            if index + 1 < shape[axis] {
+                let pair = [node, node + strides[axis]].map(|node| unknown_of(nodes, node));
+                pairs.extend((pair[0] != pair[1]).then_some((pair[0], pair[1])));
             }
         }
-        pairs
     }
+    pairs
 }
 
 /// Returns a / b, or 0 if b is 0; a is then also 0.

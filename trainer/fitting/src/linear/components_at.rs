@@ -46,7 +46,7 @@ impl ComponentsAt {
         let single = |slopes: [f64; 3]| slopes.map(|slope| slope as f32);
         for angles in &at.angles {
             let entry = basis.look_up(angles.map(f64::from));
-            let [mean, derivatives @ ..] = entry.center();
+            let [mean, derivatives @ ..] = entry.center;
             at.mean.push(Dual {
                 value: mean as f32,
                 tangent: single(derivatives),

@@ -6,13 +6,9 @@
 
 mod angles;
 mod grid;
-mod nodes;
 mod table;
 
 pub use angles::{AngleDual, angles_of};
 pub(crate) use angles::{finite_f32, split_duals};
 pub use grid::{Corner, Grid};
-pub use table::{
-    Basis, BasisError, BasisValues, CoefficientCountError, Coefficients, NODE_HEADER,
-    Reconstruction,
-};
+pub use table::{Basis, BasisError, BasisValues, NODE_HEADER, Reconstruction};

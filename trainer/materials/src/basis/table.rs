@@ -13,8 +13,7 @@ use glimpse_core::numeric::Scalar;
 use rayon::prelude::*;
 
 use super::angles::AngleDual;
-use super::grid::Corner;
-use super::nodes::Nodes;
+use super::grid::{Corner, Nodes};
 use crate::untrusted::read_at_most;
 
 /// The number of values before the components of a node: the mean of the mapped columns, and ln(median w + e).
@@ -49,22 +48,6 @@ pub enum BasisError {
     },
 }
 
-/// The coefficients of each channel, one for each component.
-pub type Coefficients = [Vec<f64>; 3];
-
-/// A number of coefficients that does not match the basis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "there are {actual} coefficients, and this basis needs {expected}; give all coefficients, and the basis of the \
-     recipe that the device fitted with"
-)]
-pub struct CoefficientCountError {
-    /// Three times the number of components of the basis.
-    pub expected: usize,
-    /// The number of coefficients.
-    pub actual: usize,
-}
-
 /// The table of a basis. Each node has a mean, ln(median w + e), and m components. During a training, the nodes are those
 /// of [`Grid`]; in a file, they are [`linear::Nodes`].
 #[derive(Clone, Debug, PartialEq)]
@@ -80,23 +63,10 @@ pub struct Basis {
 /// theta_d and phi_d.
 #[derive(Clone, Debug)]
 pub struct BasisValues {
-    /// The mean of the mapped columns.
-    pub mean: [f64; 4],
-    /// ln(median w + e).
-    pub log_median: [f64; 4],
+    /// The mean of ln((f w + e) / e) over the columns. It is subtracted from mapped readings.
+    pub center: [f64; 4],
     /// The components.
     pub components: Vec<[f64; 4]>,
-}
-
-impl BasisValues {
-    /// Returns the mean of ln((f w + e) / e) over the columns, with its derivatives. It is subtracted from mapped
-    /// readings.
-    #[must_use]
-    pub fn center(&self) -> [f64; 4] {
-        let mut sum = std::array::from_fn(|i| self.mean[i] + self.log_median[i]);
-        sum[0] -= EPSILON.ln();
-        sum
-    }
 }
 
 impl Basis {
@@ -109,17 +79,6 @@ impl Basis {
             components,
             file: Vec::new(),
         }
-    }
-
-    /// Multiplies the components of a basis without a file by a number.
-    #[must_use]
-    pub fn scaled(mut self, scale: f32) -> Self {
-        for row in self.table.chunks_exact_mut(NODE_HEADER + self.components) {
-            for entry in &mut row[NODE_HEADER..] {
-                *entry *= scale;
-            }
-        }
-        self
     }
 
     /// Replaces the components of a basis without a file by combinations of them: a column of the square matrix `map` holds the
@@ -166,60 +125,33 @@ impl Basis {
             }
         }
         let components = sums.split_off(NODE_HEADER);
-        BasisValues {
-            mean: sums[0],
-            log_median: sums[1],
-            components,
-        }
+        let mut center = std::array::from_fn(|i| sums[0][i] + sums[1][i]);
+        center[0] -= EPSILON.ln();
+        BasisValues { center, components }
     }
 
-    /// Tabulates the BRDF that has these coefficients.
+    /// Tabulates the BRDF of the coefficients of a device's fit: m of red, m of green, m of blue. None if their number is not
+    /// 3 m.
     #[must_use]
-    pub fn reconstruct(&self, coefficients: &Coefficients) -> Reconstruction {
+    pub fn reconstruct(&self, coefficients: &[f32]) -> Option<Reconstruction> {
+        if coefficients.len() != 3 * self.components {
+            return None;
+        }
         let rows = || self.table.par_chunks_exact(NODE_HEADER + self.components);
-        let table = rows()
-            .map(|row| {
-                let (header, components) = row.split_at(NODE_HEADER);
-                coefficients.each_ref().map(|channel| {
-                    let products = components.iter().zip(channel);
-                    let sum: f64 = products.map(|(a, c)| f64::from(*a) * c).sum();
-                    (sum + f64::from(header[0])) as f32
-                })
+        let table = rows().map(|row| {
+            let (header, components) = row.split_at(NODE_HEADER);
+            let mut channels = coefficients.chunks_exact(self.components);
+            [(); 3].map(|()| {
+                let products = components.iter().zip(channels.next().unwrap_or_default());
+                let sum: f64 = products.map(|(a, c)| f64::from(*a) * f64::from(*c)).sum();
+                (sum + f64::from(header[0])) as f32
             })
-            .collect();
-        Reconstruction {
+        });
+        Some(Reconstruction {
             nodes: self.nodes,
-            table,
+            table: table.collect(),
             log_medians: rows().map(|row| row[1]).collect(),
-        }
-    }
-
-    /// Splits the coefficients of a device's fit by channel: m of red, m of green, m of blue.
-    ///
-    /// # Errors
-    /// If the number of values is not 3 m.
-    pub fn channels(&self, values: &[f32]) -> Result<Coefficients, CoefficientCountError> {
-        let error = CoefficientCountError {
-            expected: 3 * self.components,
-            actual: values.len(),
-        };
-        if error.actual != error.expected {
-            return Err(error);
-        }
-        let mut channels = values.chunks(self.components.max(1));
-        let mut next = || channels.next().into_iter().flatten().copied();
-        Ok(std::array::from_fn(|_| next().map(f64::from).collect()))
-    }
-
-    /// Tabulates the BRDF of the coefficients of a device's fit: m of red, m of green, m of blue.
-    ///
-    /// # Errors
-    /// If the number of values is not 3 m.
-    pub fn reconstruct_values(
-        &self,
-        values: &[f32],
-    ) -> Result<Reconstruction, CoefficientCountError> {
-        Ok(self.reconstruct(&self.channels(values)?))
+        })
     }
 
     /// Returns the bytes of the file. They are empty for a basis that was not read from one.

@@ -71,30 +71,27 @@ impl Convention {
 }
 
 /// The fields that define the material. The other fields of a file report on the fit.
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 struct MaterialFields {
     name: String,
     model: String,
-    values: Vec<f32>,
     basis: Option<BasisFile>,
+    values: Vec<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     bands: Option<BandValues>,
 }
 
 /// All fields of a file, for writing.
 #[derive(Serialize)]
-struct FileFields<'a, A: Serialize> {
-    format: &'a str,
+struct FileFields<M: Serialize> {
+    format: &'static str,
     version: u32,
-    name: &'a str,
-    model: &'a str,
     #[serde(flatten)]
     convention: Convention,
     #[serde(flatten)]
-    metadata: A,
-    basis: Option<&'a BasisFile>,
-    values: &'a [f32],
-    #[serde(skip_serializing_if = "Option::is_none")]
-    bands: Option<&'a BandValues>,
+    metadata: M,
+    #[serde(flatten)]
+    material: MaterialFields,
 }
 
 /// A material from a fit: a name and a BRDF.
@@ -143,13 +140,15 @@ impl FittedMaterial {
         let fields = FileFields {
             format: FORMAT,
             version: VERSION,
-            name: &self.name,
-            model: self.fitted.model().name(),
             convention: Convention::BRDF,
             metadata,
-            basis,
-            values: self.fitted.values(),
-            bands: self.bands.as_ref().map(Bands::values),
+            material: MaterialFields {
+                name: self.name.clone(),
+                model: self.fitted.model().name().to_owned(),
+                basis: basis.cloned(),
+                values: self.fitted.values().to_vec(),
+                bands: self.bands.as_ref().map(|bands| bands.values().clone()),
+            },
         };
         Ok(serde_json::to_string_pretty(&fields)? + "\n")
     }

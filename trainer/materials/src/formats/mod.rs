@@ -47,22 +47,24 @@ type Read = fn(&Path, String) -> Result<Box<dyn Material>, SourceError>;
 /// A writer of a table of any BRDF. It fails if the BRDF is not finite at a direction.
 pub type Tabulate = fn(&Tabulation<'_>) -> Result<Vec<Vec<u8>>, NotFinite>;
 
-struct Properties {
-    /// The name in options and reports.
-    name: &'static str,
+/// The properties of a format.
+pub struct Properties {
+    /// The name in options and reports: merl, rgl, rgl-spectral, nbrdf, pab, openmaterial or ssdd.
+    pub name: &'static str,
     /// Names, contents and size of the files, for help texts.
-    description: &'static str,
+    pub description: &'static str,
     /// The ends of the names of files, after that of the material.
     endings: &'static [&'static str],
-    /// The ends of the names of written files.
-    written: &'static [&'static str],
+    /// The ends of the names of written files, one for each file.
+    pub written: &'static [&'static str],
     /// Returns true for the first bytes of a file.
     has_signature: fn(&[u8]) -> bool,
     /// Reads the material of a file, and gives it a name unless the file states one.
     read: Read,
-    /// Returns the bytes of each file; None if the format is not a table of any BRDF.
-    tabulate: Option<Tabulate>,
-    has_spectra: bool,
+    /// Returns the bytes of each file in the order of `written`; None if the format is not a table of any BRDF.
+    pub tabulate: Option<Tabulate>,
+    /// True if a table of this format holds a spectrum.
+    pub has_spectra: bool,
 }
 
 impl Format {
@@ -77,7 +79,9 @@ impl Format {
         Self::Ssdd,
     ];
 
-    fn properties(self) -> Properties {
+    /// Returns the properties.
+    #[must_use]
+    pub fn properties(self) -> Properties {
         match self {
             Self::Merl => Properties {
                 name: "merl",
@@ -152,30 +156,6 @@ impl Format {
         }
     }
 
-    /// Returns the name: merl, rgl, rgl-spectral, nbrdf, pab, openmaterial or ssdd.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.properties().name
-    }
-
-    /// Returns the names, contents and size of the files, for help texts.
-    #[must_use]
-    pub fn description(self) -> &'static str {
-        self.properties().description
-    }
-
-    /// Returns true if a table of this format holds a spectrum.
-    #[must_use]
-    pub fn has_spectra(self) -> bool {
-        self.properties().has_spectra
-    }
-
-    /// Returns the ends of the names of written files, one for each file.
-    #[must_use]
-    pub fn written_endings(self) -> &'static [&'static str] {
-        self.properties().written
-    }
-
     /// Returns the format for the ending of a file's name; None for other endings.
     #[must_use]
     pub fn from_ending(path: &Path) -> Option<Self> {
@@ -185,13 +165,6 @@ impl Format {
         let read = |format: &Self| ends_in(format.properties().endings);
         let mut all = Self::ALL.into_iter();
         all.clone().find(written).or_else(|| all.find(read))
-    }
-
-    /// Returns the writer of a table, which returns the bytes of each file in the order of [`Format::written_endings`]. None
-    /// if the format is not a table.
-    #[must_use]
-    pub fn tabulate(self) -> Option<Tabulate> {
-        self.properties().tabulate
     }
 
     /// Returns the format and the name of a material that a file's name states. None for other files.

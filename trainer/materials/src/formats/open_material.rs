@@ -193,7 +193,7 @@ fn incidences(table: &Table) -> Result<Vec<Incidence>, Defect> {
             theta_i: f64::from_bits(theta_i),
             phi_i: 0.0,
             values: values.collect::<Result<_, String>>()?,
-            set_theta_i: None,
+            set_theta_i: Vec::new(),
         })
     });
     slices.collect()

@@ -212,7 +212,7 @@ fn parse(name: String, text: &str) -> Result<MerlTable, Defect> {
         interpolate(&axes, &values, angles).map(|value| value.max(0.0))
     };
     let nodes: Vec<[f32; 3]> = table_nodes().iter().map(at).collect();
-    MerlTable::from_nodes(name, &nodes).map_err(|error| error.to_string().into())
+    MerlTable::from_nodes(name, &nodes)
 }
 
 /// Interpolates linearly between nodes, and takes the nearest ones outside of them.

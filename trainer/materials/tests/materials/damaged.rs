@@ -7,9 +7,9 @@ use glimpse_materials::{FittedBrdf, FittedMaterial, to_nbrdf};
 
 use crate::common::assert_names;
 use crate::folder::{Folder, reported_defect};
+use crate::formats::{SSDD, open_material};
 use crate::network;
 use crate::rgl;
-use crate::text_tables::{SSDD, open_material};
 
 /// Files of RGL, NBRDF, PAB-Opto and a fit of the model Phong.
 const FILES: [&str; 4] = ["felt.bsdf", "felt_b2.npy", "felt.txt", "felt.json"];

@@ -1,17 +1,19 @@
-//! Fitted materials: their file, derivatives, and discovery in directories.
+//! Fitted materials and networks: their file, derivatives, and discovery in directories.
 
 use std::fs;
 use std::sync::LazyLock;
 
-use glimpse_core::model::ModelKind;
-use glimpse_materials::basis::Basis;
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::{Model, ModelKind, Neural, NeuralParameters, ParameterSet};
+use glimpse_kernels::Dual;
+use glimpse_materials::basis::{AngleDual, Basis};
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{BasisFile, Brdf, FittedBrdf, FittedMaterial, MODELS, Source};
+use glimpse_materials::{BasisFile, Brdf, FittedBrdf, FittedMaterial, MODELS, Material, Source};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::folder::Folder;
-use crate::with_derivative;
+use crate::{network, with_derivative};
 
 static BASIS: LazyLock<Basis> = LazyLock::new(|| {
     let bytes = include_bytes!("../../../recipes/linear.basis24");
@@ -79,13 +81,9 @@ fn derivatives_match_finite_differences() {
                 .fold(0.1_f32, |largest, f| largest.max(f.abs()));
             let step = 2e-3_f32;
             let moved = |axis: usize, step: f32| {
-                let mut angles = angles;
-                match axis {
-                    0 => angles.theta_h += step,
-                    1 => angles.theta_d += step,
-                    _ => angles.phi_d += step,
-                }
-                material.at_angles(angles)
+                let mut moved = angles.to_array();
+                moved[axis] += step;
+                material.at_angles(Angles::from_array(moved))
             };
             let differences = [0, 1, 2].map(|axis| {
                 let (up, down) = (moved(axis, step), moved(axis, -step));
@@ -102,5 +100,32 @@ fn derivatives_match_finite_differences() {
         // Steps across a kink have large errors. Networks have kinks, and interpolation has many.
         let max_wrong = if model == ModelKind::Linear { 450 } else { 90 };
         assert!(wrong < max_wrong, "{model}: {wrong} of 1800");
+    }
+}
+
+/// Compares derivatives in f32 with dual numbers in f64.
+#[test]
+fn network_derivatives_match_f64() {
+    for seed in 0..20 {
+        let network = network(seed);
+        let mut weights = NeuralParameters::filled(AngleDual::from_value(0.0));
+        for (weight, value) in weights.iter_mut().zip(network.parameters().iter()) {
+            weight.value = (*value).into();
+        }
+        let angles = uniform_valid(100, seed);
+        let results = network.with_derivatives(&angles);
+        for (angles, (values, derivative)) in angles.into_iter().zip(results) {
+            let at = HalfDifference::from_angles(Dual::variables(angles.map(f64::from)));
+            let (expected_values, expected) = Dual::split(Neural::brdf::<AngleDual>(&weights, &at));
+            let actual = values.iter().chain(derivative.as_flattened());
+            let expected = expected_values.iter().chain(expected.as_flattened());
+            for (actual, expected) in actual.zip(expected) {
+                let error = (f64::from(*actual) - expected).abs();
+                assert!(
+                    error < 1e-4 * (1.0 + expected.abs()),
+                    "network {seed} at {angles:?}: {actual}, {expected}"
+                );
+            }
+        }
     }
 }

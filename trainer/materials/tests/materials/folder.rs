@@ -37,7 +37,7 @@ impl Folder {
 
     /// Writes a network's six files with the code under test.
     pub(crate) fn write_network(&self, name: &str, network: &NeuralBrdf) {
-        let endings = Format::Nbrdf.written_endings().iter();
+        let endings = Format::Nbrdf.properties().written.iter();
         for (ending, bytes) in endings.zip(to_nbrdf(network.parameters())) {
             self.write(&format!("{name}{ending}"), bytes);
         }

@@ -3,7 +3,6 @@
 #[path = "../../../program/tests/suite/common.rs"]
 mod common;
 mod damaged;
-mod derivatives;
 mod fitted;
 mod folder;
 mod formats;
@@ -11,7 +10,6 @@ mod merl;
 mod pab;
 mod rgl;
 mod sources;
-mod text_tables;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::{Neural, NeuralParameters, ParameterSet};

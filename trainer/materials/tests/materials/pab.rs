@@ -13,7 +13,7 @@ use crate::formats::tabulated;
 
 /// Writes the files of a material into a folder.
 fn write(folder: &Folder, name: &str, material: &dyn Material) {
-    let endings = Format::Pab.written_endings().iter();
+    let endings = Format::Pab.properties().written.iter();
     for (ending, text) in endings.zip(tabulated(Format::Pab, name, material)) {
         folder.write(&format!("{name}{ending}"), text);
     }
@@ -42,7 +42,7 @@ fn written_files_match_the_brdf() {
         assert!(loss < max_loss, "{name}: {loss}");
         let files = Source(path.display().to_string()).files();
         let count = files.expect("the files are listed").len();
-        assert_eq!(count, Format::Pab.written_endings().len());
+        assert_eq!(count, Format::Pab.properties().written.len());
     }
 
     // Loading as a material resamples the values, which takes seconds.

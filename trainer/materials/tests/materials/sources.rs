@@ -1,13 +1,15 @@
 //! Sources of materials, and their errors.
 
+use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
 
-use glimpse_materials::{Format, Source, SourceError, to_npy};
+use glimpse_core::checksum::crc_32;
+use glimpse_materials::{Format, Procedural, Source, SourceError, Sources, digest, to_npy};
 
 use crate::folder::{Folder, assert_defect, load};
 use crate::rgl::isotropic;
-use crate::{angles, network};
+use crate::{FunctionMaterial, angles, network};
 
 /// Returns the names of a source's materials.
 fn names(path: &Path) -> Result<Vec<String>, SourceError> {
@@ -46,7 +48,7 @@ fn any_file_of_a_material_loads_it() {
     let folder = Folder::new();
     let network = network(1);
     folder.write_network("green-felt", &network);
-    let endings = Format::Nbrdf.written_endings().iter();
+    let endings = Format::Nbrdf.properties().written.iter();
     let paths = endings.map(|ending| folder.at(&format!("green-felt{ending}")));
     let mut paths: Vec<_> = paths.collect();
     paths.push(folder.write_table("green-felt.binary", &network));
@@ -267,4 +269,66 @@ fn error_names_the_missing_or_damaged_file_of_a_network() {
         assert_defect(folder.path(), &file, "NumPy");
         fs::rename(&hidden, &file).expect("the file is renamed");
     }
+}
+
+fn sources(texts: &[&str]) -> Vec<Source> {
+    texts.iter().map(|text| Source((*text).into())).collect()
+}
+
+#[test]
+fn shares_are_in_proportion() {
+    let list = sources(&["procedural:30:1", "procedural:10:2"]);
+    for (shares, expected) in [(&[][..], 0.75), (&[1.0, 3.0][..], 0.25)] {
+        let sources = Sources::new(list.clone(), shares).expect("valid shares");
+        let (materials, source_shares) = sources.load().expect("distinct names");
+        assert_eq!(materials.len(), 40);
+        assert_eq!(
+            [source_shares[0].materials, source_shares[1].materials],
+            [30, 10]
+        );
+        assert_eq!(
+            [source_shares[0].share, source_shares[1].share],
+            [expected, 1.0 - expected]
+        );
+    }
+    let sources = Sources::new(list, &[1.0, 3.0]).expect("valid shares");
+    assert_eq!(
+        sources.label(),
+        "procedural:30:1 (0.250) and procedural:10:2 (0.750)"
+    );
+}
+
+#[test]
+fn rejects_wrong_shares_and_duplicate_names() {
+    let list = sources(&["procedural:3", "procedural:4"]);
+    for shares in [
+        &[1.0][..],
+        &[1.0, 1.0, 1.0],
+        &[1.0, 0.0],
+        &[1.0, f32::NAN],
+        &[f32::MAX, f32::MAX],
+    ] {
+        Sources::new(list.clone(), shares).expect_err("invalid shares");
+    }
+    let sources = Sources::new(list, &[]).expect("no shares");
+    let error = sources.load().err().expect("duplicate names");
+    assert!(
+        matches!(&error, SourceError::DuplicateName { name, .. } if name.starts_with("procedural-000")),
+        "{error}"
+    );
+}
+
+#[test]
+fn digest_depends_on_the_brdf_alone() {
+    let constant = |value: f32| digest(&FunctionMaterial(move |_| [value; 3]));
+    // 64 directions of three f32 each: 768 zero bytes.
+    let zeros = crc_32(&[0; 768]);
+    assert_eq!(constant(0.0), zeros);
+    assert_ne!(constant(f32::from_bits(1)), zeros);
+
+    let set = Procedural::set(50, 0);
+    let digests: HashSet<u32> = set.iter().map(|material| digest(material)).collect();
+    assert_eq!(digests.len(), 50);
+    assert_eq!(digest(&set[7]), digest(&Procedural::set(8, 0)[7]));
+    assert_ne!(digest(&set[7]), digest(&Procedural::set(8, 1)[7]));
 }

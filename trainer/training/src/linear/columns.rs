@@ -40,46 +40,38 @@ impl Columns {
     pub fn new(materials: &[Box<dyn Material>]) -> Self {
         let selected = select(materials.len());
         let count = 3 * selected.len();
-        let nodes: Vec<usize> = (0..Grid::LEN).collect();
-        let directions: Vec<(HalfDifference<f32>, HalfDifference<f32>, f64)> = nodes
-            .iter()
-            .map(|node| {
-                let angles = Grid::angles(*node);
-                let direction = HalfDifference::from_angles(angles);
-                let weight = direction.cos_theta_i().max(0.0) * direction.cos_theta_o().max(0.0);
-                let half_difference = |phi_d: f64| {
-                    let angles = Angles { phi_d, ..angles };
-                    HalfDifference::from_angles(angles.map(|angle| angle as f32))
-                };
-                let opposite = angles.phi_d + std::f64::consts::PI;
-                (
-                    half_difference(angles.phi_d),
-                    half_difference(opposite),
-                    weight,
-                )
-            })
-            .collect();
+        let angles: Vec<Angles<f64>> = (0..Grid::LEN).map(Grid::angles).collect();
+        let at = |turn: f64| -> Vec<HalfDifference<f32>> {
+            let turned = angles.iter().map(|angles| Angles {
+                phi_d: angles.phi_d + turn,
+                ..*angles
+            });
+            let single = turned.map(|angles| angles.map(|angle| angle as f32));
+            single.map(HalfDifference::from_angles).collect()
+        };
+        let (one, opposite) = (at(0.0), at(std::f64::consts::PI));
+        let weights = angles.iter().map(|angles| {
+            let at = HalfDifference::from_angles(*angles);
+            at.cos_theta_i().max(0.0) * at.cos_theta_o().max(0.0)
+        });
+        let weights: Vec<f64> = weights.collect();
         let mut values = vec![0.0; Grid::LEN * count];
         values
             .par_chunks_mut(BLOCK * count)
-            .zip(directions.par_chunks(BLOCK))
-            .for_each(|(rows, directions)| {
-                let (one, other): (Vec<_>, Vec<_>) = directions
-                    .iter()
-                    .map(|(one, other, _)| (*one, *other))
-                    .unzip();
-                for (index, material) in selected.iter().map(|index| &materials[*index]).enumerate()
-                {
-                    let brdf = material.values_at(&one);
-                    let opposite = match material.is_reciprocal() {
-                        true => None,
-                        false => Some(material.values_at(&other)),
+            .zip(one.par_chunks(BLOCK))
+            .zip(opposite.par_chunks(BLOCK))
+            .zip(weights.par_chunks(BLOCK))
+            .for_each(|(((rows, one), opposite), weights)| {
+                for (index, material) in selected.iter().enumerate() {
+                    let material = &materials[*material];
+                    let brdf = material.values_at(one);
+                    let others = if material.is_reciprocal() {
+                        brdf.clone()
+                    } else {
+                        material.values_at(opposite)
                     };
-                    let opposite = opposite.as_ref().unwrap_or(&brdf);
-                    let measured = brdf.iter().zip(opposite).zip(directions);
-                    for (row, ((one, other), (_, _, weight))) in
-                        rows.chunks_mut(count).zip(measured)
-                    {
+                    let measured = brdf.iter().zip(others).zip(weights);
+                    for (row, ((one, other), weight)) in rows.chunks_mut(count).zip(measured) {
                         for channel in 0..3 {
                             let mean = 0.5 * (f64::from(one[channel]) + f64::from(other[channel]));
                             // ln((brdf w + e) / e), without a median. It is far enough from 0 for single precision.

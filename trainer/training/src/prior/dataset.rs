@@ -7,6 +7,7 @@ use glimpse_kernels::components::ComponentTable;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::{sphere_view_samples, uniform_valid};
 use glimpse_materials::{Material, Procedural};
+use nalgebra::DMatrix;
 
 use super::refinement::VirtualReadings;
 use crate::linear::{Columns, principal_components};
@@ -173,7 +174,9 @@ impl<'d> Subset<'d> {
         let columns = all_columns.columns_of(|index| !held_out.contains(&index));
         // Scaled to coefficients of about 1, which suit a small network.
         let scale = 1.0 / (columns.len() as f32).sqrt();
-        let basis = principal_components(all_columns, &columns, components).scaled(scale);
+        let basis = principal_components(all_columns, &columns, components);
+        let map = DMatrix::from_diagonal_element(basis.components(), basis.components(), scale);
+        let basis = basis.mapped(map.as_slice());
         Self::new(dataset, basis, held_out)
     }
 

@@ -5,14 +5,11 @@
 //! BRDF divided by 1/1500, 1.15/1500 and 1.66/1500. Node k of theta_h is at pi/2 (k/90)^2. The nodes of theta_d and
 //! phi_d are at whole degrees, and phi_d has period pi.
 //!
-//! A node was measured if its values in all channels are finite as f32 and not negative. [`read`] reads two other forms.
+//! A node was measured if its values in all channels are finite as f32 and not negative. Two other forms are read.
 
-mod grid;
-mod read;
-mod write;
+mod table;
 
-pub(super) use read::has_signature;
-pub use write::{TabulateError, table_nodes, to_merl};
+pub(super) use table::has_signature;
 
 use std::f64::consts::PI;
 use std::io;
@@ -21,14 +18,16 @@ use std::path::Path;
 use glimpse_core::geometry::Angles;
 use glimpse_kernels::dual::RealScalar;
 use memmap2::{Mmap, MmapMut};
+use rayon::prelude::*;
 
-use self::grid::{AXES, FILE_BYTES, MAX_UNMEASURED, NODES, Unmeasured, measured_values};
-use self::read::{Form, check};
+use self::table::{
+    AXES, CHANNELS, FILE_BYTES, Form, HEADER_BYTES, MAX_UNMEASURED, NODES, NODES_PER_CHANNEL,
+    Unmeasured, check, measured_values, node_angles, nodes_above_horizon,
+};
 use crate::basis::{AngleDual, split_duals};
-use crate::error::{Defect, read_error};
+use crate::error::{Defect, map_file};
 use crate::interpolation::corners;
-use crate::mapped::map_file;
-use crate::{Brdf, BrdfWithDerivative, Coverage, Material, SourceError};
+use crate::{Brdf, BrdfWithDerivative, Coverage, Material, NotFinite, SourceError};
 
 /// Scale factors from stored values to the BRDF, in red, green and blue.
 const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
@@ -52,39 +51,40 @@ impl MerlTable {
     /// converted to a table in memory.
     ///
     /// # Errors
-    /// If the file cannot be read or has the wrong dimensions or length, if a value is not finite as f32, or if fewer than
-    /// half of the nodes above the horizon were measured, or if values
-    /// whose phi_d differ by pi differ by more than 0.1 %.
+    /// If the file cannot be read or has the wrong dimensions or length, if a value is not finite as f32, if fewer than half of
+    /// the nodes above the horizon were measured, or if values whose phi_d differ by pi differ by more than 0.1 %.
     pub(crate) fn read(path: &Path, name: String) -> Result<Self, SourceError> {
-        let mut bytes = map_file(path)?;
-        let form = Form::of(&bytes).map_err(Defect::in_file(path))?;
+        Self::parse(name, map_file(path)?).map_err(Defect::in_file(path))
+    }
+
+    fn parse(name: String, mut bytes: Mmap) -> Result<Self, Defect> {
+        let form = Form::of(&bytes)?;
         if form != Form::STANDARD {
-            let mut converted = MmapMut::map_anon(FILE_BYTES).map_err(read_error(path))?;
-            form.convert(&bytes, &mut converted)
-                .map_err(Defect::in_file(path))?;
-            bytes = converted.make_read_only().map_err(read_error(path))?;
+            let mut converted = MmapMut::map_anon(FILE_BYTES).map_err(no_memory)?;
+            form.convert(&bytes, &mut converted)?;
+            bytes = converted.make_read_only().map_err(no_memory)?;
         }
-        check(&bytes).map_err(Defect::in_file(path))?;
-        let unmeasured = Unmeasured::find(&bytes);
-        let share = unmeasured.share();
-        if share > MAX_UNMEASURED {
-            return Err(Defect::in_file(path)(format!(
-                "{:.1} % of its directions above the horizon were not measured (negative in a channel), and at most \
-                 {:.0} % may be",
-                100.0 * share,
-                100.0 * MAX_UNMEASURED
-            )));
-        }
-        Self::filled(name, bytes, unmeasured).map_err(read_error(path))
+        check(&bytes)?;
+        Self::filled(name, bytes)
     }
 
     /// Creates a table and fills its unmeasured nodes, in memory only.
-    fn filled(name: String, mut bytes: Mmap, unmeasured: Unmeasured) -> io::Result<Self> {
+    fn filled(name: String, mut bytes: Mmap) -> Result<Self, Defect> {
+        let unmeasured = Unmeasured::find(&bytes);
         let filled = unmeasured.share();
+        if filled > MAX_UNMEASURED {
+            let defect = format!(
+                "a channel has no value, or a negative one, at {:.1} % of the directions above the horizon, and at most \
+                 {:.0} % may be unknown",
+                100.0 * filled,
+                100.0 * MAX_UNMEASURED
+            );
+            return Err(Defect::new(defect, "give values at more directions"));
+        }
         if filled > 0.0 {
-            let mut writable = bytes.make_mut()?;
+            let mut writable = bytes.make_mut().map_err(no_memory)?;
             unmeasured.fill(&mut writable);
-            bytes = writable.make_read_only()?;
+            bytes = writable.make_read_only().map_err(no_memory)?;
         }
         Ok(Self {
             name,
@@ -151,5 +151,104 @@ fn table_angles(angles: Angles<f32>) -> Angles<f64> {
         theta_d: angles.theta_d.into(),
         // The remainder of a tiny negative angle is rounded to pi.
         phi_d: if phi_d < PI { phi_d } else { 0.0 },
+    }
+}
+
+/// Makes the defect of a table that the operating system cannot allocate.
+fn no_memory(error: io::Error) -> Defect {
+    let defect = format!("a table of {FILE_BYTES} bytes cannot be allocated ({error})");
+    Defect::new(defect, "free some memory")
+}
+
+/// Returns the MERL nodes at which both directions are above the horizon, as angles in radians.
+/// [`MerlTable::from_nodes`] takes one value for each. phi_d covers \[0, pi): in the other half, light and sensor are
+/// exchanged.
+#[must_use]
+pub fn table_nodes() -> Vec<Angles<f32>> {
+    nodes_above_horizon().map(node_angles).collect()
+}
+
+/// Writes a table into `bytes`, which have the length of a file: `brdf` is the BRDF at each of [`table_nodes`], and NaN
+/// where it is unknown. Negative values are written as 0, because they would mean "not measured".
+fn encode(brdf: &[[f32; 3]], bytes: &mut [u8]) {
+    let (header, values) = bytes.split_at_mut(HEADER_BYTES);
+    header.copy_from_slice(&NODES.map(|nodes| (nodes as i32).to_le_bytes()).concat());
+    let (values, _) = values.as_chunks_mut();
+    values.fill(NOT_MEASURED.to_le_bytes());
+    for (index, rgb) in nodes_above_horizon().zip(brdf) {
+        for (channel, value) in rgb.iter().enumerate().filter(|(_, value)| !value.is_nan()) {
+            // The absolute value replaces -0 by 0.
+            let stored = f64::from(value.max(0.0).abs()) / SCALE[channel];
+            values[channel * NODES_PER_CHANNEL + index] = stored.to_le_bytes();
+        }
+    }
+}
+
+/// Tabulates a BRDF at MERL's nodes. Returns the bytes of a `NAME.binary`.
+///
+/// Nodes below the horizon are marked as not measured. Negative values are written as 0.
+///
+/// # Errors
+/// If the BRDF is not finite at a node.
+pub fn to_merl(brdf: &dyn Brdf) -> Result<Vec<u8>, NotFinite> {
+    let nodes = table_nodes();
+    let values = nodes.par_iter().map(|angles| brdf.at_angles(*angles));
+    let values: Vec<[f32; 3]> = values.collect();
+    for (angles, rgb) in nodes.into_iter().zip(&values) {
+        NotFinite::check(angles, *rgb)?;
+    }
+    let mut bytes = vec![0; FILE_BYTES];
+    encode(&values, &mut bytes);
+    Ok(bytes)
+}
+
+impl MerlTable {
+    /// Makes a table from BRDFs in linear RGB, sr^-1, not times the cosine: one for each of [`table_nodes`], and NaN
+    /// where the BRDF is unknown. These nodes are filled from known ones.
+    ///
+    /// Even small negative values are errors, because a negative value in the table means "not measured". Set the
+    /// negative values that noise causes in a dark measurement to 0 first.
+    ///
+    /// # Errors
+    /// If the number of values differs from that of the nodes, a value is infinite or negative, or fewer than half of the
+    /// nodes have values in all channels.
+    pub fn from_nodes(name: String, brdf: &[[f32; 3]]) -> Result<Self, Defect> {
+        let nodes = table_nodes();
+        if nodes.len() != brdf.len() {
+            let defect = format!(
+                "there are {} values for {} directions",
+                brdf.len(),
+                nodes.len()
+            );
+            return Err(Defect::new(defect, "give one for each, in their order"));
+        }
+        for (index, (rgb, angles)) in brdf.iter().zip(nodes).enumerate() {
+            let invalid = |value: &f32| value.is_infinite() || *value < 0.0;
+            if let Some(channel) = rgb.iter().position(invalid) {
+                let [theta_h, theta_d, phi_d] = angles.to_array().map(f32::to_degrees);
+                let defect = format!(
+                    "value {index} is {} in {} at theta_h {theta_h:.3}, theta_d {theta_d:.3} and phi_d {phi_d:.3} \
+                     degrees, and a BRDF must be finite and not negative",
+                    rgb[channel], CHANNELS[channel]
+                );
+                return Err(Defect::new(
+                    defect,
+                    "correct it, or give NaN where it is unknown",
+                ));
+            }
+        }
+        let mut bytes = MmapMut::map_anon(FILE_BYTES).map_err(no_memory)?;
+        encode(brdf, &mut bytes);
+        Self::filled(name, bytes.make_read_only().map_err(no_memory)?)
+    }
+
+    /// Returns the BRDF at [`table_nodes`], in their order. [`MerlTable::from_nodes`] makes the same table from it.
+    #[must_use]
+    pub fn to_nodes(&self) -> Vec<[f32; 3]> {
+        let stored = |index| measured_values(&self.bytes, index).unwrap_or_default();
+        let nodes = nodes_above_horizon().map(stored);
+        nodes
+            .map(|values| [0, 1, 2].map(|channel| (values[channel] * SCALE[channel]) as f32))
+            .collect()
     }
 }

@@ -1,8 +1,14 @@
-//! One PAB-Opto file: a header, and values by outgoing direction.
+//! One PAB-Opto file: a header, and values by outgoing direction. The files of a set are found by their names and headers.
 
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::ANGLE_TOLERANCE;
+use crate::SourceError;
 use crate::color::{FROM_XYZ, product};
-use crate::error::{Defect, ensure};
-use crate::untrusted::escaped;
+use crate::error::{Defect, ensure, entries, read_error};
+use crate::files::directory_of;
+use crate::untrusted::{self, escaped, is_valid_name};
 
 /// The starts of header lines that identify the format.
 const SIGNATURES: [&str; 4] = [
@@ -55,17 +61,8 @@ pub(crate) struct Incidence {
     /// Azimuth of the incoming direction, in degrees.
     pub(crate) phi_i: f64,
     pub(crate) values: Vec<OutgoingValue>,
-    /// All theta_i of the set in degrees, if the header lists them.
-    pub(crate) set_theta_i: Option<Vec<f64>>,
-}
-
-/// The color space of a line's values.
-#[derive(Clone, Copy)]
-enum Colorimetry {
-    /// CIE Y: one value.
-    Y,
-    /// CIE XYZ: three values.
-    Xyz,
+    /// All theta_i of the set in degrees; empty if the header does not list them.
+    pub(crate) set_theta_i: Vec<f64>,
 }
 
 impl Incidence {
@@ -87,12 +84,13 @@ impl Incidence {
         let required =
             |key: &str| field(key).ok_or_else(|| format!("its header has no line {key}"));
         let is = |value: &str, name: &str| value.eq_ignore_ascii_case(name);
-        let colorimetry = match field("#colorimetry:") {
-            Some(kind) if is(kind, "CIE-XYZ") => Colorimetry::Xyz,
+        // CIE Y or XYZ.
+        let value_count = match field("#colorimetry:") {
+            Some(kind) if is(kind, "CIE-XYZ") => 3,
             Some(kind) if !is(kind, "CIE-Y") => {
                 return Err(unsupported("colorimetry", kind, "CIE-XYZ and CIE-Y"));
             }
-            _ => Colorimetry::Y,
+            _ => 1,
         };
         let format: Vec<&str> = required("#format:")?.split_whitespace().collect();
         let times_cosine = match format[..] {
@@ -118,7 +116,7 @@ impl Incidence {
         let header = text.lines().take_while(|line| line.starts_with('#'));
         let lines = text.lines().enumerate().skip(header.count());
         for (index, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
-            let value = parse_value(line, colorimetry, times_cosine)
+            let value = parse_value(line, value_count, times_cosine)
                 .map_err(|defect| format!("line {}: {defect}", index + 1))?;
             values.extend(value);
             value_lines += 1;
@@ -130,17 +128,14 @@ impl Incidence {
             "it has {value_lines} lines of values, and its {VALUE_COUNT} is {}",
             escaped(stated.unwrap_or_default())
         );
-        let set_theta_i = header_value(text, SET_THETA_I).map(|list| {
-            let words = list.split_whitespace();
-            words
-                .map(|word| number(SET_THETA_I, word))
-                .collect::<Result<_, _>>()
-        });
+        let set_theta_i = header_value(text, SET_THETA_I).unwrap_or_default();
+        let set_theta_i = set_theta_i.split_whitespace();
+        let set_theta_i = set_theta_i.map(|word| number(SET_THETA_I, word));
         Ok(Self {
             theta_i,
             phi_i,
             values,
-            set_theta_i: set_theta_i.transpose()?,
+            set_theta_i: set_theta_i.collect::<Result<_, _>>()?,
         })
     }
 }
@@ -151,29 +146,23 @@ fn number(name: &str, word: &str) -> Result<f64, String> {
     number.ok_or_else(|| format!("{name} is `{}`, and must be a finite number", escaped(word)))
 }
 
-/// Parses the angles and the BRDF of a line. Returns None for transmitted light.
+/// Parses the angles and the BRDF of a line, one value or three. Returns None for transmitted light.
 fn parse_value(
     line: &str,
-    colorimetry: Colorimetry,
+    value_count: usize,
     times_cosine: bool,
 ) -> Result<Option<OutgoingValue>, String> {
-    let words: Vec<&str> = line.split_whitespace().collect();
-    let (theta, phi, xyz) = match (colorimetry, &words[..]) {
-        (Colorimetry::Y, [theta, phi, y]) => (theta, phi, [y; 3]),
-        (Colorimetry::Xyz, [theta, phi, x, y, z]) => (theta, phi, [x, y, z]),
-        (Colorimetry::Y, _) => return Err("it must have theta, phi and 1 value".to_owned()),
-        (Colorimetry::Xyz, _) => return Err("it must have theta, phi and 3 values".to_owned()),
+    let words = line.split_whitespace();
+    let numbers = words.map(|word| number("a value", word));
+    let numbers: Vec<f64> = numbers.collect::<Result<_, _>>()?;
+    let brdf = match numbers[..] {
+        [_, _, y] if value_count == 1 => [y; 3],
+        [_, _, x, y, z] if value_count == 3 => product(&FROM_XYZ, [x, y, z]),
+        _ => return Err(format!("it must have theta, phi and {value_count} values")),
     };
-    let (theta, phi) = (number("theta", theta)?, number("phi", phi)?);
-    let mut brdf = [0.0; 3];
-    for (value, word) in brdf.iter_mut().zip(xyz) {
-        *value = number("a value", word)?;
-    }
+    let [theta, phi] = [numbers[0], numbers[1]];
     if !(0.0..90.0).contains(&theta) {
         return Ok(None);
-    }
-    if let Colorimetry::Xyz = colorimetry {
-        brdf = product(&FROM_XYZ, brdf);
     }
     let cosine = if times_cosine {
         theta.to_radians().cos()
@@ -183,4 +172,91 @@ fn parse_value(
     // Colors outside the RGB gamut have negative components, which are set to 0.
     let brdf = brdf.map(|value| (value / cosine).clamp(0.0, f64::from(f32::MAX)) as f32);
     Ok(Some(([theta, phi], brdf)))
+}
+
+/// The number of bytes that are read from each file in the directory, to get its header.
+const HEAD_BYTES: u64 = 1 << 14;
+
+/// Returns the name of a file's sample, or else that of the file.
+pub(super) fn sample_name_of(path: &Path) -> Result<String, SourceError> {
+    match sample_name(&read_head(path).map_err(read_error(path))?) {
+        None => Ok(path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned()),
+        Some(name) if is_valid_name(name) => Ok(name.to_owned()),
+        Some(name) => Err(Defect::in_file(path)(format!(
+            "its sample_name is {}, and must be a name without slashes",
+            escaped(name)
+        ))),
+    }
+}
+
+/// Returns the files of the set of `path`, sorted. `path` is one of them.
+pub(crate) fn files_of(path: &Path) -> Result<Vec<PathBuf>, SourceError> {
+    let names = set_names(path, &read_head(path).map_err(read_error(path))?);
+    let mut files = Vec::new();
+    for entry in entries(directory_of(path))? {
+        let candidate = path.with_file_name(entry.file_name().unwrap_or_default());
+        let is_in_set = candidate == path
+            || candidate.is_file()
+                && read_head(&candidate).is_ok_and(|head| {
+                    let others = set_names(&candidate, &head);
+                    let mut pairs = names.iter().zip(others);
+                    has_signature(head.as_bytes())
+                        && pairs.any(|(name, other)| name.is_some() && *name == other)
+                });
+        if is_in_set {
+            files.push(candidate);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+/// Returns the names that a file shares with other files of its set: that of the sample, also without the incoming angles;
+/// that of the file without them; and, if the sample has no name, that of the file without digits at the end.
+fn set_names(path: &Path, head: &str) -> [Option<String>; 4] {
+    let sample = sample_name(head);
+    let angles = incoming_angles(head);
+    let file = path.file_name().unwrap_or_default().to_string_lossy();
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let numbered = stem.trim_end_matches(|c: char| c.is_ascii_digit());
+    [
+        sample.map(str::to_owned),
+        sample.and_then(|name| without_angles(name, &angles)),
+        without_angles(&file, &angles),
+        sample.is_none().then(|| numbered.to_owned()),
+    ]
+}
+
+/// Returns a name with `#` in place of each number that is one of `angles`; None without such a number.
+fn without_angles(name: &str, angles: &[f64]) -> Option<String> {
+    let is_in_number = |c: char| c.is_ascii_digit() || c == '.';
+    let mut result = String::new();
+    let mut rest = name;
+    while let Some(start) = rest.find(|c: char| c.is_ascii_digit()) {
+        let length = rest[start..].find(|c| !is_in_number(c));
+        let number = &rest[start..][..length.unwrap_or(rest.len() - start)];
+        // The last period precedes an extension.
+        let number = number.trim_end_matches('.');
+        let is_angle = |value: f64| {
+            let mut differences = angles.iter().map(|angle| (angle - value).abs());
+            differences.any(|difference| difference < ANGLE_TOLERANCE)
+        };
+        result += &rest[..start];
+        result += match number.parse().is_ok_and(is_angle) {
+            true => "#",
+            false => number,
+        };
+        rest = &rest[start + number.len()..];
+    }
+    result.contains('#').then_some(result + rest)
+}
+
+/// Reads the first bytes of a file, which may have any format and length.
+fn read_head(path: &Path) -> io::Result<String> {
+    let head = untrusted::read_head(path, HEAD_BYTES)?;
+    Ok(String::from_utf8_lossy(&head).into_owned())
 }

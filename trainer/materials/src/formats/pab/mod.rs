@@ -6,12 +6,11 @@
 
 mod file;
 mod read;
-mod set_files;
 mod write;
 
+pub(crate) use file::files_of;
 pub(super) use file::{Incidence, has_signature};
 pub use read::PabSet;
-pub(crate) use set_files::files_of;
 pub(super) use write::{ENDINGS, THETA_I, outgoing_angles, to_pab};
 
 use glimpse_core::geometry::{Directions, HalfDifference};

@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 
-use super::file::{Incidence, SET_THETA_I};
-use super::set_files::{files_of, sample_name_of};
+use super::file::{Incidence, SET_THETA_I, files_of, sample_name_of};
 use super::{ANGLE_TOLERANCE, direction};
 use crate::error::{Defect, read_text};
 use crate::formats::rgl::{RglMeasurement, to_rgl};
@@ -50,7 +49,7 @@ impl PabSet {
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let (sample, paths) = (sample_name_of(path)?, files_of(path)?);
         let mut phi_i = None;
-        let mut set_theta_i = None;
+        let mut set_theta_i = Vec::new();
         let mut incidences = Vec::new();
         for file in &paths {
             let incidence =
@@ -67,14 +66,14 @@ impl PabSet {
                     ))));
                 }
             }
-            set_theta_i = set_theta_i.or_else(|| incidence.set_theta_i.clone());
+            set_theta_i.extend_from_slice(&incidence.set_theta_i);
             incidences.push((file.clone(), incidence));
         }
         let is_missing = |theta: &&f64| {
             let mut all = incidences.iter();
             !all.any(|(_, incidence)| is_near(incidence.theta_i, **theta))
         };
-        if let Some(theta) = set_theta_i.iter().flatten().find(is_missing) {
+        if let Some(theta) = set_theta_i.iter().find(is_missing) {
             return Err(Defect::in_file(path)(format!(
                 "its {SET_THETA_I} lists the intheta {theta}, and none of the {} files of {} has it",
                 paths.len(),

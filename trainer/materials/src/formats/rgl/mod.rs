@@ -17,7 +17,6 @@
 //! negative. The resulting BRDF is not reciprocal.
 
 mod distribution;
-mod normals;
 mod sample_point;
 mod tensor_file;
 #[cfg(test)]
@@ -38,9 +37,8 @@ use self::tensor_file::{FINITE, NOT_NEGATIVE, TensorFile, UNSIGNED_8, check_valu
 use glimpse_kernels::dual::RealScalar;
 
 use crate::basis::{AngleDual, finite_f32, split_duals};
-use crate::error::{Defect, ensure};
+use crate::error::{Defect, ensure, map_file};
 use crate::interpolation::Position;
-use crate::mapped::map_file;
 use crate::spectrum::Viewing;
 use crate::{Brdf, BrdfWithDerivative, Coverage, Material, SourceError};
 

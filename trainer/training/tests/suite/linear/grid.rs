@@ -3,6 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::geometry::Angles;
+use glimpse_core::model::linear::EPSILON;
 use glimpse_materials::basis::{BasisValues, Grid};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -11,33 +12,11 @@ use super::{basis, rows};
 
 /// Returns all values of a lookup, each with its derivatives.
 fn flatten(values: BasisValues) -> Vec<[f64; 4]> {
-    let mut list = vec![values.mean, values.log_median];
-    list.extend(values.components);
-    list
+    [vec![values.center], values.components].concat()
 }
 
 fn random_angles(random: &mut ChaCha8Rng) -> [f64; 3] {
     [FRAC_PI_2, FRAC_PI_2, PI].map(|range| range * random.random::<f64>())
-}
-
-#[test]
-fn node_angles_match_the_documented_layout() {
-    let [h, d, p] = [72, 46, 36];
-    assert_eq!(Grid::LEN, h * d * p);
-    let mut node = 0;
-    for i in 0..h {
-        for j in 0..d {
-            for k in 0..p {
-                let angles = Grid::angles(node);
-                let fraction = i as f64 / (h - 1) as f64;
-                assert!((angles.theta_h - FRAC_PI_2 * fraction * fraction).abs() < 1e-15);
-                let theta_d = FRAC_PI_2 * j as f64 / (d - 1) as f64;
-                assert!((angles.theta_d - theta_d).abs() < 1e-15);
-                assert!((angles.phi_d - PI * k as f64 / p as f64).abs() < 1e-15);
-                node += 1;
-            }
-        }
-    }
 }
 
 #[test]
@@ -46,8 +25,10 @@ fn lookup_at_nodes_returns_the_table() {
     let mut largest = 0.0_f64;
     for (node, row) in rows(&basis).iter().enumerate() {
         let values = flatten(basis.look_up(Grid::angles(node)));
-        assert_eq!(values.len(), row.len());
-        for ([actual, ..], expected) in values.iter().zip(row) {
+        assert_eq!(values.len(), row.len() - 1);
+        let center = row[0] + row[1] - EPSILON.ln();
+        let expected = [&[center], &row[2..]].concat();
+        for ([actual, ..], expected) in values.iter().zip(expected) {
             // The position of a node on the axes is rounded.
             let error = (actual - expected).abs() / expected.abs().max(1.0);
             assert!(error < 1e-12, "node {node}: {actual} instead of {expected}");

@@ -1,18 +1,17 @@
-//! MERL tables: writing, reading, look-ups.
+//! MERL tables: writing, reading, look-ups, and damaged ones.
 
-mod damaged;
-
-use std::cell::Cell;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fs::{self, File};
 use std::io::{Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::{Brdf, Coverage, Material};
-use proptest::prelude::*;
-use proptest::test_runner::TestRunner;
+use glimpse_materials::sampling::uniform_valid;
+use glimpse_materials::{Brdf, Coverage, Material, MerlTable, Procedural, table_nodes};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
+use crate::common::assert_names;
 use crate::folder::{Folder, assert_defect, load};
 use crate::{FunctionMaterial, angles, network, with_derivative};
 
@@ -77,25 +76,17 @@ impl TableFile {
     }
 }
 
-/// A strategy for the indices of all nodes.
-fn node_indices() -> impl Strategy<Value = [usize; 3]> {
-    (0..90usize, 0..90usize, 0..180usize).prop_map(|(h, d, phi)| [h, d, phi])
-}
-
-/// Checks a property in 5000 random cases.
-fn check_property<S: Strategy>(
-    strategy: S,
-    property: impl Fn(S::Value) -> Result<(), TestCaseError>,
-) {
-    let config = ProptestConfig {
-        cases: 5000,
-        max_global_rejects: 50_000,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    };
-    if let Err(error) = TestRunner::new(config).run(&strategy, property) {
-        panic!("{error}");
-    }
+/// Returns the indices of 5,000 random nodes that meet a condition, each with three random fractions.
+fn random_nodes(
+    counts: [usize; 3],
+    condition: impl Fn([usize; 3]) -> bool,
+) -> impl Iterator<Item = ([usize; 3], [f64; 3])> {
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let nodes = std::iter::repeat_with(move || {
+        let node = counts.map(|count| random.random_range(0..count));
+        (node, [(); 3].map(|()| random.random_range(0.0..1.0)))
+    });
+    nodes.filter(move |(node, _)| condition(*node)).take(5_000)
 }
 
 #[test]
@@ -105,50 +96,31 @@ fn table_holds_the_tabulated_brdf() {
     let bytes = fs::read(&file.path).expect("the file is read");
     let table = file.read();
     assert_eq!(table.name(), "a-table");
-    check_property((node_indices(), 1..3usize), |(at, half_turns)| {
+    let is_measured = |at| is_valid(node_angles(at));
+    for (at, [fraction, ..]) in random_nodes([90, 90, 180], is_measured) {
         let point = node_angles(at);
-        prop_assume!(is_valid(point));
-        for (channel, expected) in network.at_angles(angles(point)).into_iter().enumerate() {
+        let expected = network.at_angles(angles(point));
+        for (channel, expected) in expected.into_iter().enumerate() {
             let stored = bytes[offset(at, channel) as usize..].first_chunk();
             let scale = [1.0, 1.15, 1.66][channel] / 1500.0;
             let actual = f64::from_le_bytes(*stored.expect("eight bytes")) * scale;
             let tolerance = 2e-6 * f64::from(expected.max(0.1));
-            prop_assert!((actual - f64::from(expected)).abs() <= tolerance);
+            assert!((actual - f64::from(expected)).abs() <= tolerance, "{at:?}");
         }
-        let turned = [point[0], point[1], point[2] + PI * half_turns as f64];
+        let half_turns = if fraction < 0.5 { 1.0 } else { 2.0 };
+        let turned = [point[0], point[1], point[2] + PI * half_turns];
         // Rounding angles to f32 moves them by up to 7e-6 of a cell, and by more if half turns were added.
         for (point, tolerance) in [(point, 2e-6), (turned, 2e-5)] {
             let (actual, _) = with_derivative(&*table, angles(point));
-            prop_assert_eq!(actual, table.at_angles(angles(point)));
-            let expected = network.at_angles(angles(node_angles(at)));
+            assert_eq!(actual, table.at_angles(angles(point)));
             for (actual, expected) in actual.into_iter().zip(expected) {
-                prop_assert!((actual - expected).abs() <= tolerance * expected.max(0.1));
+                assert!(
+                    (actual - expected).abs() <= tolerance * expected.max(0.1),
+                    "{at:?}"
+                );
             }
         }
-        Ok(())
-    });
-}
-
-/// A strategy for cells with eight measured nodes: the angles of the lower and upper nodes, and angles at random
-/// fractions of the way between them.
-fn measured_cells(
-    fractions: std::ops::Range<f64>,
-) -> impl Strategy<Value = ([[f64; 3]; 2], [f64; 3])> {
-    // The cell before phi_d = 180 degrees is excluded. A random network has a step there, because it is not reciprocal.
-    let cells = (0..89usize, 0..89usize, 0..179usize);
-    (cells, prop::array::uniform3(fractions))
-        .prop_map(|((h, d, phi), fractions)| {
-            let ends = [
-                node_angles([h, d, phi]),
-                node_angles([h + 1, d + 1, phi + 1]),
-            ];
-            let [low, high] = ends;
-            let point = std::array::from_fn(|i| low[i] + fractions[i] * (high[i] - low[i]));
-            (ends, point)
-        })
-        .prop_filter("all eight nodes are measured", |(ends, _)| {
-            (0..8).all(|bits| is_valid(std::array::from_fn(|i| ends[bits >> i & 1][i])))
-        })
+    }
 }
 
 #[test]
@@ -163,21 +135,26 @@ fn interpolation_error_is_within_its_bound() {
         })
     });
     let table = tabulate(&smooth).read();
-    let largest = Cell::new(0.0_f64);
-    check_property(measured_cells(0.0..1.0), |([low, high], point)| {
+    let mut largest = 0.0_f64;
+    let is_measured = |[h, d, phi]: [usize; 3]| {
+        let corners = (0..8).map(|bits| [h + bits % 2, d + bits / 2 % 2, phi + bits / 4]);
+        corners.map(node_angles).all(is_valid)
+    };
+    // The cell before phi_d = 180 degrees is excluded. The BRDF has a step there, because it is not reciprocal.
+    for ([h, d, phi], fractions) in random_nodes([89, 89, 179], is_measured) {
+        let [low, high] = [[h, d, phi], [h + 1, d + 1, phi + 1]].map(node_angles);
+        let size: [f64; 3] = std::array::from_fn(|i| high[i] - low[i]);
+        let point = angles(std::array::from_fn(|i| low[i] + fractions[i] * size[i]));
         // Linear interpolation has an error bound along each angle. This is the sum of the three.
-        let bound: f64 = (0..3)
-            .map(|i| 0.5 * (FREQUENCY[i] * (high[i] - low[i])).powi(2) / 8.0)
-            .sum();
-        let actual = table.at_angles(angles(point));
-        for (actual, exact) in actual.into_iter().zip(smooth.at_angles(angles(point))) {
+        let bounds = (0..3).map(|i| 0.5 * (FREQUENCY[i] * size[i]).powi(2) / 8.0);
+        let bound: f64 = bounds.sum();
+        let actual = table.at_angles(point);
+        for (actual, exact) in actual.into_iter().zip(smooth.at_angles(point)) {
             let error = f64::from((actual - exact).abs());
-            largest.set(largest.get().max(error / bound));
-            prop_assert!(error <= bound + 1e-6, "{error} at {point:?}, above {bound}");
+            largest = largest.max(error / bound);
+            assert!(error <= bound + 1e-6, "{error} at {point:?}, above {bound}");
         }
-        Ok(())
-    });
-    let largest = largest.get();
+    }
     println!("largest error between nodes: {largest:.2} of the bound");
     assert!(largest > 0.5, "{largest}: the bound is too loose");
 }
@@ -297,4 +274,157 @@ fn negative_values_are_written_as_0() {
         file.read().at_angles(angles([0.3, 0.3, 0.3])),
         [0.0, 0.5, 0.0]
     );
+}
+
+#[test]
+fn table_from_nodes_equals_the_written_table() {
+    let material = &Procedural::set(1, 7)[0];
+    let nodes = table_nodes().into_iter();
+    let brdf: Vec<[f32; 3]> = nodes.map(|angles| material.at_angles(angles)).collect();
+    let table = MerlTable::from_nodes("a".into(), &brdf).expect("complete values");
+    let copy = MerlTable::from_nodes("a".into(), &table.to_nodes()).expect("valid values");
+    let written = tabulate(material).read();
+    assert_eq!(table.name(), "a");
+    for angles in uniform_valid(2_000, 3) {
+        let expected = written.at_angles(angles);
+        assert_eq!(
+            [&table, &copy].map(|table| table.at_angles(angles)),
+            [expected; 2]
+        );
+    }
+}
+
+#[test]
+fn table_from_nodes_excludes_unknown_values_and_rejects_invalid_ones() {
+    let nodes = table_nodes();
+    let mut brdf = vec![[0.5, 0.25, 0.125]; nodes.len()];
+    brdf[0] = [f32::NAN; 3];
+    let table = MerlTable::from_nodes("a".into(), &brdf).expect("one unknown node");
+    let rgb = table.at_angles(angles([0.0, 0.005, 0.1]));
+    assert!((rgb[0] - 0.5).abs() < 1e-6 && (rgb[2] - 0.125).abs() < 1e-6);
+
+    let assert_rejected = |brdf: &[[f32; 3]], words: &[&str]| {
+        let error = MerlTable::from_nodes("a".into(), brdf).err();
+        assert_names(&error.expect("invalid values").to_string(), words);
+    };
+    assert_rejected(&brdf[1..], &[&(nodes.len() - 1).to_string()]);
+    for invalid in [f32::INFINITY, -1.0, -1e-9] {
+        brdf[3][1] = invalid;
+        let theta_d = format!("{:.3}", nodes[3].theta_d.to_degrees());
+        assert_rejected(&brdf, &["3", &invalid.to_string(), "green", &theta_d]);
+    }
+    brdf.fill([f32::NAN, 1.0, 1.0]);
+    assert_rejected(&brdf, &["100.0 %"]);
+}
+
+/// The number of nodes of a table.
+const NODES: usize = 90 * 90 * 180;
+
+#[test]
+fn rejects_damaged_tables() {
+    let file = tabulate(&network(5));
+    file.read();
+    let header = |dimensions: [i32; 3]| dimensions.map(i32::to_le_bytes).concat();
+    let value = |number: f64| number.to_le_bytes().to_vec();
+    let unmeasured = value(-1.0).repeat(NODES);
+    // A single invalid value is found at every position, including values outside the range of f32. No allocation depends
+    // on sizes in the header.
+    for (at, bytes, words) in [
+        (12, value(f64::NAN), "red phi_d 0 NaN"),
+        (20, value(f64::INFINITY), "red phi_d 1 inf"),
+        (28, value(f64::NEG_INFINITY), "red phi_d 2 -inf"),
+        (
+            12 + 8 * (NODES + 180 * (90 * 45 + 20) + 7),
+            value(3.5e38),
+            "green theta_h 22.500 theta_d 20 phi_d 7 3.5e38",
+        ),
+        (
+            4 + 24 * NODES,
+            value(-1e300),
+            "blue theta_d 89 phi_d 179 -1e300",
+        ),
+        // No node was measured in a channel.
+        (12, unmeasured.clone(), "100.0 % 50 %"),
+        (12 + 16 * NODES, unmeasured, "100.0 % 50 %"),
+    ] {
+        let valid = fs::read(&file.path).expect("the file is read")[at..][..bytes.len()].to_vec();
+        file.patch(at as u64, &bytes);
+        file.assert_rejected(words);
+        file.patch(at as u64, &valid);
+    }
+    file.read();
+    // Longer files first, because truncation removes the values.
+    let valid_length = 12 + 24 * NODES as i64;
+    for change in [valid_length, 1, -1, -8, 12 - valid_length] {
+        let length = (valid_length + change) as u64;
+        file.set_length(length);
+        file.assert_rejected(&format!("{length} {valid_length}"));
+    }
+    for dimensions in [[90, 90, 90], [i32::MAX; 3], [-1, 90, 180], [180, 90, 90]] {
+        file.patch(0, &header(dimensions));
+        let start = header(dimensions).escape_ascii().to_string();
+        file.assert_rejected(&start);
+    }
+}
+
+fn encoded<const N: usize>(values: &[f64], bytes: fn(f64) -> [u8; N]) -> Vec<u8> {
+    values.iter().copied().flat_map(bytes).collect()
+}
+
+/// Writes the values of a file in another form: single precision, or both halves of phi_d.
+#[test]
+fn other_forms_are_read_like_the_standard_one() {
+    let network = network(5);
+    let file = tabulate(&network);
+    let bytes = fs::read(&file.path).expect("the file is read");
+    let values: Vec<f64> = bytes[12..]
+        .as_chunks()
+        .0
+        .iter()
+        .map(|bytes| f64::from_le_bytes(*bytes))
+        .collect();
+    // The table is mapped, so that it is read before the file changes.
+    let brdf = |table: &dyn Material| -> Vec<[f32; 3]> {
+        uniform_valid(500, 3)
+            .into_iter()
+            .map(|angles| table.at_angles(angles))
+            .collect()
+    };
+    let expected = brdf(&*file.read());
+    let halves: Vec<f64> = values
+        .chunks(180)
+        .flat_map(|half| [half, half].concat())
+        .collect();
+    let single = |values: &[f64]| encoded(values, |value| (value as f32).to_le_bytes());
+    let double = |values: &[f64]| encoded(values, f64::to_le_bytes);
+    let header = |phi: i32| [90, 90, phi].map(i32::to_le_bytes).concat();
+    for (phi, values) in [
+        (180, single(&values)),
+        (360, double(&halves)),
+        (360, single(&halves)),
+    ] {
+        fs::write(&file.path, [header(phi), values].concat()).expect("the file is written");
+        let read = brdf(&*file.read());
+        for (read, expected) in read.as_flattened().iter().zip(expected.as_flattened()) {
+            assert!(
+                (read - expected).abs() <= 1e-6 * expected.abs(),
+                "{phi}: {read} {expected}"
+            );
+        }
+    }
+    // Red at theta_h = 0, theta_d = 2 degrees, phi_d = 187 degrees.
+    for (factor, is_read) in [(1.0005, true), (1.002, false)] {
+        let mut halves = halves.clone();
+        halves[2 * 360 + 187] *= factor;
+        fs::write(&file.path, [header(360), double(&halves)].concat())
+            .expect("the file is written");
+        match is_read {
+            true => drop(file.read()),
+            false => file.assert_rejected("red theta_d 2 phi_d 7"),
+        }
+    }
+    let length = 12 + 4 * 3 * 1_458_000;
+    file.patch(0, &header(180));
+    file.set_length(length - 4);
+    file.assert_rejected(&format!("{} {length}", length - 4));
 }
