@@ -5,7 +5,10 @@
 
 The check fails if a count exceeds its ceiling below. Lower the ceilings with each clean-up, and never raise them.
 `--list` prints every finding as FILE:LINE: TEXT. The script reads Rust, C, Python, shell, Markdown and notebooks. In
-code it checks comments and string literals, which include help texts and error messages."""
+code it checks comments and string literals, which include help texts and error messages.
+
+It also fails if two public types of core and trainer have the same name, or if a type has a word of the glossary in its
+name outside of this word's home."""
 import io, json, re, subprocess, sys, tokenize
 
 # Sentences that start with a question word but are not questions.
@@ -14,6 +17,18 @@ OPENERS_CEILING = 3
 BANNED = re.compile(
     r"\b(told|tells|so many|comes? along|is no(?! longer)|are no|besides|anew|whoever|in the mean)\b", re.I)
 BANNED_CEILING = 1
+
+# Words of the glossary, and the folders or files that define the types with this word in their names.
+HOMES = {
+    "Completion": r"core/src/fit/|kernels/src/completion",
+    "Fold": r"training/src/(prior|paper)/",
+    "Method": r"evaluation/src/|commands/",
+    "Plan": r"fitting/src/route/|commands/plan|python/src/plan",
+    "Posterior": r"fitting/src/linear/",
+    "Prior": r"(fitting|training)/src/(linear|prior)/",
+    "Schedule": r"fitting/src/recipe/",
+}
+TYPE = re.compile(r"^(?P<public>pub )?(?:pub\(\w+\) )?(?:struct|enum|union|trait|type) (?P<name>\w+)", re.M)
 
 # A comment line, a block comment, a string literal or a character literal of Rust and C.
 CODE = re.compile(r'//[/!]?(?P<line>[^\n]*)|/\*(?P<block>.*?)\*/|"(?P<string>(?:\\.|[^"\\])*)"|' r"'(?:\\.|[^'\\])'", re.S)
@@ -93,11 +108,30 @@ def findings(name, text):
     return openers, [(line, sentence) for line, sentence in numbered for _ in BANNED.findall(sentence)]
 
 
+def misnamed(files):
+    """Returns a sentence for each type of core and trainer with a name that has another meaning elsewhere.
+
+    `files` are pairs of name and text."""
+    places, faults = {}, []
+    for name, text in files:
+        for match in TYPE.finditer(text):
+            own = match["name"]
+            first = places.setdefault(own, name) if match["public"] else name
+            if first != name:
+                faults.append(f"{name}: {own} is also a public type of {first}: name one of them after what it adds")
+            for word in re.findall(r"[A-Z][a-z]+", own):
+                if word in HOMES and not re.search(HOMES[word], name):
+                    faults.append(f"{name}: {own} has the word {word}, whose home is {HOMES[word]}")
+    return faults
+
+
 def self_test():
     openers, banned = findings("a.rs", '/// What it does.\n/// It is no longer so.\nlet x = "none besides";\n// Why?\n')
     assert [line for line, _ in openers] == [1] and [line for line, _ in banned] == [3], (openers, banned)
     openers, banned = findings("a.md", "# How to train\n\n```sh\n# What?\n```\n- it is told\n  anew\n")
     assert len(openers) == 1 and len(banned) == 2, (openers, banned)
+    faults = misnamed([("a.rs", "pub struct A;\nstruct B;\nenum TrainingPlan {}\n"), ("b.rs", "pub trait A {}\nstruct B;\n")])
+    assert len(faults) == 2, faults
 
 
 def main():
@@ -111,6 +145,9 @@ def main():
             if "--list" in sys.argv:
                 for line, sentence in found:
                     print(f"{name}:{line}: {sentence}")
+    named = [name for name in files if re.match(r"(core|trainer/(?!fuzz)\w+)/src/.*\.rs$", name)]
+    if faults := misnamed((name, open(name, encoding="utf-8").read()) for name in named):
+        sys.exit("\n".join(faults))
     ceilings = {"openers": OPENERS_CEILING, "banned words": BANNED_CEILING}
     print(", ".join(f"{kind}: {count} (at most {ceilings[kind]})" for kind, count in counts.items()))
     if any(counts[kind] > ceilings[kind] for kind in counts):

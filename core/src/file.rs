@@ -10,7 +10,7 @@ pub const HEADER_BYTES: usize = 14;
 
 /// A file format.
 #[derive(Debug)]
-pub struct Format {
+pub struct FileFormat {
     /// The first bytes.
     pub magic: [u8; 4],
     /// The only version that this crate reads.
@@ -21,7 +21,7 @@ pub struct Format {
     pub errors: [ErrorCode; 4],
 }
 
-impl Format {
+impl FileFormat {
     /// Returns the header of a file with this body.
     #[must_use]
     pub fn header(&self, body: &[u8]) -> [u8; HEADER_BYTES] {

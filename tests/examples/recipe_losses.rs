@@ -13,7 +13,7 @@ use glimpse_evaluation::evaluation::{Evaluator, Method};
 use glimpse_fitting::bundled;
 use glimpse_fitting::recipe::Metadata;
 use glimpse_fitting::recipe::options::{Effort, TrainingOptions};
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{Source, Sources};
 use glimpse_training::run::train;
@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let procedural = Source(UNSEEN.to_owned()).load()?;
     let merl = Source(merl).load()?;
     let merl = Evaluator::new(&merl);
-    let basis = Basis::parse(bundled::BASIS)?;
+    let basis = BasisTable::parse(bundled::BASIS)?;
     println!("recipe,procedural,merl,merl color error,rgl cross-validated");
     let names: Vec<String> = env::args().skip(3).collect();
     let selected = |name: &str| names.is_empty() || names.iter().any(|each| each == name);

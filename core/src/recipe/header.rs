@@ -1,10 +1,10 @@
 //! The header of a recipe, and the memory of a scan, which it states.
 
 use crate::error::{Error, ErrorCode};
-use crate::file::{Format, HEADER_BYTES};
+use crate::file::{FileFormat, HEADER_BYTES};
 
 /// The header of a recipe.
-pub const FORMAT: Format = Format {
+pub const FORMAT: FileFormat = FileFormat {
     magic: *b"GLMP",
     version: 4,
     min_body_bytes: SECTIONS_START - HEADER_BYTES,

@@ -1,7 +1,7 @@
 //! Damaged headers of recipes and bases: the error states the part.
 
 use glimpse_core::error::Error;
-use glimpse_core::file::{Format, HEADER_BYTES};
+use glimpse_core::file::{FileFormat, HEADER_BYTES};
 use glimpse_core::model::linear::{Basis, format};
 use glimpse_core::recipe::FORMAT;
 
@@ -9,7 +9,7 @@ use crate::recipe::complete;
 use crate::recipes::{file, parse_error};
 
 /// Checks each flipped bit, each length, and other versions.
-fn check(format: &Format, whole: &[u8], parse_error: fn(&[u8]) -> Error) {
+fn check(format: &FileFormat, whole: &[u8], parse_error: fn(&[u8]) -> Error) {
     let [magic, version, length, checksum] = format.errors;
     let mut altered = whole.to_vec();
     for index in 0..whole.len() {

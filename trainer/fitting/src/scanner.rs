@@ -13,7 +13,7 @@ use glimpse_core::gonio::Reading;
 use glimpse_core::link::{FRAME_BYTES, HostEnd, PROTOCOL, Purpose, Reply, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::scan::Residual;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{FittedBrdf, FittedMaterial, Material};
 use rand::SeedableRng;
@@ -77,7 +77,7 @@ pub struct ScanReport {
 impl ScanReport {
     /// Returns the fitted BRDF. Linear needs the recipe's basis; None without it.
     #[must_use]
-    pub fn fitted(&self, basis: Option<&Basis>) -> Option<FittedBrdf> {
+    pub fn fitted(&self, basis: Option<&BasisTable>) -> Option<FittedBrdf> {
         FittedBrdf::new(self.model, self.values.clone(), basis)
     }
 
@@ -88,7 +88,7 @@ impl ScanReport {
         &self,
         path: &Path,
         name: &str,
-        basis: Option<&Basis>,
+        basis: Option<&BasisTable>,
         loss: Option<f64>,
     ) -> Option<MaterialFiles> {
         let material = FittedMaterial::new(name.to_owned(), self.fitted(basis)?)?;
@@ -103,7 +103,7 @@ impl ScanReport {
 
     /// Returns the loss of the fitted BRDF against a material, over the directions of `trainer evaluate`.
     #[must_use]
-    pub fn loss(&self, basis: Option<&Basis>, material: &dyn Material) -> Option<f64> {
+    pub fn loss(&self, basis: Option<&BasisTable>, material: &dyn Material) -> Option<f64> {
         Some(loss_between(&self.fitted(basis)?, material))
     }
 }

@@ -6,7 +6,7 @@ use glimpse_core::file::HEADER_BYTES;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::linear::format::FORMAT;
 use glimpse_core::model::{NeuralParameters, ParameterSet};
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::{Brdf, Format, PabSet, Source, to_nbrdf};
 
 use crate::support::{ANGLES, Folder, accepted};
@@ -93,7 +93,7 @@ pub(crate) fn check_basis(bytes: &[u8]) {
         let header = FORMAT.header(&bytes[HEADER_BYTES..]);
         bytes[6..HEADER_BYTES].copy_from_slice(&header[6..]);
     }
-    let Ok(basis) = Basis::parse(&bytes) else {
+    let Ok(basis) = BasisTable::parse(&bytes) else {
         return;
     };
     assert_eq!(basis.file(), bytes);

@@ -21,6 +21,9 @@ pub struct Dual<T, const N: usize = 1> {
     pub tangent: [T; N],
 }
 
+/// A number with its derivatives with respect to theta_h, theta_d and phi_d.
+pub type AngleDual<T> = Dual<T, 3>;
+
 impl<T: Scalar, const N: usize> Dual<T, N> {
     /// Returns a constant: all tangents are 0.
     #[inline(always)]

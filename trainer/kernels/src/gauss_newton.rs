@@ -19,10 +19,10 @@ use glimpse_core::fit::gauss_newton::{
 };
 use glimpse_core::fit::ldl::{packed_length, solve};
 use glimpse_core::model::{Active, Model, Objective, ParameterSet, Sample, SampleGradient};
-use glimpse_core::numeric::{self, Scalar};
+use glimpse_core::numeric::{Real, Scalar};
 
 use crate::dual::Dual;
-use crate::inner_loop::{Real, set, set_mut};
+use crate::inner_loop::{set, set_mut};
 use crate::lanes::{
     Lanes, MAX_OCTETS, Octet, OneRegister, WIDTH, add_totals, coordinates, coordinates_mut, kernel,
 };
@@ -97,7 +97,7 @@ fn active<M: Model, R: Real>(parameters: &[R]) -> Vec<R> {
         .collect()
 }
 
-impl<R: Real + numeric::Real> GaussNewton<'_, R> {
+impl<R: Real> GaussNewton<'_, R> {
     /// Returns the fitted parameters, and the steps.
     pub fn fit<M: Model>(
         &self,
@@ -285,7 +285,7 @@ fn sample_adjoint<M: Model, S: Scalar>(
 }
 
 /// Sums sample by sample on one thread, for tests in double precision.
-impl<M: Model, R: Real + numeric::Real> ReadingList<M, R> for [Sample<R>] {
+impl<M: Model, R: Real> ReadingList<M, R> for [Sample<R>] {
     type Derivatives = ReadingAdjoint<R>;
 
     fn add_to_systems(&self, theta: &[R], error_scale: R, systems: &mut [R]) {

@@ -13,15 +13,11 @@
 //! threads, and tests use scalar f64.
 
 use glimpse_core::model::{Model, ParameterSet, Sample, SampleGradient};
-use glimpse_core::numeric::{Scalar, Value};
+use glimpse_core::numeric::{Real, Scalar, Value};
 
 use crate::dual::Dual;
 use crate::lanes::{InstructionSet, Lanes, kernel};
 use crate::sums::{constant_sample, subtract_tangent};
-
-/// A single real number: f32 in training, f64 in tests.
-pub trait Real: Scalar<Parameter = Self, Sum = Self> {}
-impl<T: Scalar<Parameter = T, Sum = T>> Real for T {}
 
 /// Returns a list in the model's order as a parameter set.
 pub(crate) fn set<M: Model, T: Value>(list: &[T]) -> &M::Parameters<T> {

@@ -40,5 +40,5 @@ pub mod samples;
 pub mod scan;
 pub mod sums;
 
-pub use dual::Dual;
+pub use dual::{AngleDual, Dual};
 pub use model_kernels::{ModelKernels, NEURAL};

@@ -1,12 +1,10 @@
 //! The interface of every BRDF: materials, fits and functions.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
+pub use glimpse_kernels::brdf::BrdfWithDerivative;
 
 use crate::NotFinite;
 use crate::basis::{Reconstruction, angles_of};
-
-/// A BRDF in each channel, and its derivatives with respect to theta_h, theta_d and phi_d.
-pub type BrdfWithDerivative = ([f32; 3], [[f32; 3]; 3]);
 
 /// A BRDF in linear RGB, sr^-1 (not times the cosine); NaN where it is unknown.
 ///

@@ -5,7 +5,7 @@ use glimpse_core::model::{ModelKind, NeuralParameters, ParameterSet};
 use glimpse_kernels::ModelKernels;
 use serde::{Deserialize, Serialize};
 
-use crate::basis::{Basis, Reconstruction};
+use crate::basis::{BasisTable, Reconstruction};
 use crate::{Brdf, BrdfWithDerivative, Viewing, weighted_sums};
 
 /// The BRDF of a fit: a model and its parameters.
@@ -21,7 +21,7 @@ impl FittedBrdf {
     /// Makes a BRDF from a model's parameters, or from the coefficients of Linear (m for red, m for green, m for blue)
     /// and a basis. Returns None if the number of values is wrong, or if the model is Linear and `basis` is None.
     #[must_use]
-    pub fn new(model: ModelKind, values: Vec<f32>, basis: Option<&Basis>) -> Option<Self> {
+    pub fn new(model: ModelKind, values: Vec<f32>, basis: Option<&BasisTable>) -> Option<Self> {
         let reconstruction = match model.parameters() {
             Some(count) if count == values.len() => None,
             Some(_) => return None,
@@ -129,7 +129,7 @@ impl Bands {
 
     /// Makes a spectral BRDF. None if wavelengths do not increase, or values do not match them, the model or the basis.
     #[must_use]
-    pub fn new(values: BandValues, model: ModelKind, basis: Option<&Basis>) -> Option<Self> {
+    pub fn new(values: BandValues, model: ModelKind, basis: Option<&BasisTable>) -> Option<Self> {
         let per_fit = Self::per_fit(model);
         let mut numbers = values.values.iter().flatten();
         let is_valid = values.wavelengths.is_sorted_by(|a, b| a < b)

@@ -30,7 +30,7 @@ pub struct Groups<T> {
 }
 
 /// Meta-parameters, or their gradient.
-pub type Values = Groups<Vec<f32>>;
+pub type MetaValues = Groups<Vec<f32>>;
 
 impl<T> Groups<T> {
     /// Returns the groups in a fixed order.
@@ -83,11 +83,11 @@ impl<T> Groups<T> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Optimizer {
     /// The current values.
-    pub values: Values,
+    pub values: MetaValues,
     /// The running means of gradients.
-    first_moments: Values,
+    first_moments: MetaValues,
     /// The running means of squared gradients.
-    second_moments: Values,
+    second_moments: MetaValues,
     /// The number of steps of each group.
     steps: Groups<u64>,
 }
@@ -109,7 +109,7 @@ fn to_vec(tensor: Tensor<Backend, 1>) -> Vec<f32> {
 impl Optimizer {
     /// Creates an optimizer with the given values.
     #[must_use]
-    pub fn new(values: Values) -> Self {
+    pub fn new(values: MetaValues) -> Self {
         let zeros = values.as_ref().map(|list| vec![0.0; list.len()]);
         Self {
             values,
@@ -120,7 +120,7 @@ impl Optimizer {
     }
 
     /// Takes one step of Adam with a learning rate for each group. A rate of 0 leaves a group unchanged.
-    pub fn step(&mut self, gradients: Values, rates: &Groups<f64>) {
+    pub fn step(&mut self, gradients: MetaValues, rates: &Groups<f64>) {
         let adam = AdamConfig::new().with_epsilon(1e-8).build();
         let lists = self.values.each_mut().into_iter();
         let moments = self.first_moments.each_mut().into_iter();
@@ -146,7 +146,7 @@ impl Optimizer {
     }
 
     /// Applies a rearrangement of numbers to the values, and to the moments. It must keep all lengths.
-    pub fn rearrange(&mut self, rearrange: impl Fn(Values) -> Values) {
+    pub fn rearrange(&mut self, rearrange: impl Fn(MetaValues) -> MetaValues) {
         for lists in [
             &mut self.values,
             &mut self.first_moments,
@@ -159,7 +159,7 @@ impl Optimizer {
     /// Returns true if each group has as many moments as values. Bytes of a file may differ.
     #[must_use]
     pub fn is_valid(&self) -> bool {
-        let lengths = |lists: &Values| lists.each().map(Vec::len);
+        let lengths = |lists: &MetaValues| lists.each().map(Vec::len);
         [&self.first_moments, &self.second_moments]
             .iter()
             .all(|moments| lengths(moments) == lengths(&self.values))

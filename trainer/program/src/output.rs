@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use glimpse_materials::Source;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::files::{check_writable, ensure_dir, has_content, write_atomic};
 use serde_json::{Value, json};
 
@@ -65,7 +65,7 @@ pub(crate) fn refuse_input(out: &Path, input: &Path) -> anyhow::Result<()> {
 /// Refuses an output that is a recipe of the command, or its basis.
 pub(crate) fn refuse_recipe(out: &Path, recipe: &Path) -> anyhow::Result<()> {
     refuse_input(out, recipe)?;
-    refuse_input(out, &Basis::path_for(recipe))
+    refuse_input(out, &BasisTable::path_for(recipe))
 }
 
 /// Refuses an output that is a file of the materials' source.

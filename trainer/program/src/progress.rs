@@ -9,9 +9,9 @@ use std::time::{Duration, Instant};
 use anyhow::bail;
 use glimpse_fitting::recipe::options::TrainingOptions;
 use glimpse_materials::Material;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_training::checkpoint::Checkpoint;
-use glimpse_training::outer::{Checkpoints, Progress};
+use glimpse_training::outer::{Checkpoints, TrainingProgress};
 use glimpse_training::run::{TrainError, TrainedRecipe, train};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -60,7 +60,7 @@ pub(crate) fn train_to_file(
         resume,
     };
     let steps = StepProgress::new("training", 0);
-    let mut on_progress = |progress: &Progress| {
+    let mut on_progress = |progress: &TrainingProgress| {
         steps.show(progress);
         if interrupted() {
             ControlFlow::Break(())
@@ -86,7 +86,7 @@ pub(crate) fn train_to_file(
     };
     if let Some(basis) = &trained.basis {
         // The basis is written first, because the recipe is useless without it.
-        write_file(&Basis::path_for(out), basis, true)?;
+        write_file(&BasisTable::path_for(out), basis, true)?;
     }
     write_file(out, trained.file.bytes(), true)?;
     Checkpoint::remove(&checkpoints.directory);
@@ -127,7 +127,7 @@ impl StepProgress {
     }
 
     /// Shows the progress of a training.
-    fn show(&self, progress: &Progress) {
+    fn show(&self, progress: &TrainingProgress) {
         let mut message = progress.phase.to_owned();
         if progress.samples > 0 {
             message += &format!(", n = {}", progress.samples);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_fitting::measurement::{Fit, Readings, Report};
+use glimpse_fitting::measurement::{FitReport, MaterialFit, Readings};
 use glimpse_materials::{FittedMaterial, Material, Viewing};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
@@ -20,7 +20,7 @@ use crate::material::{Origin, PyMaterial};
 #[pyclass(extends = PyMaterial, frozen, name = "FittedMaterial", module = "glimpse_brdf")]
 pub(crate) struct PyFittedMaterial {
     /// The fit, with its readings and the posterior.
-    pub(crate) fit: Fit,
+    pub(crate) fit: MaterialFit,
     keep_all: bool,
     /// The Recipe of the call.
     recipe: Py<PyAny>,
@@ -38,7 +38,7 @@ impl PyFittedMaterial {
                 "name is {name:?}: choose a name that is not empty and has no slashes or control characters"
             ));
         }
-        let fit = || Fit::new(readings, name.to_owned(), keep_all);
+        let fit = || MaterialFit::new(readings, name.to_owned(), keep_all);
         let fit = run_detached(recipe.py(), fit)??;
         let base = PyMaterial {
             material: Arc::new(fit.material.clone()),
@@ -57,8 +57,8 @@ impl PyFittedMaterial {
         &self.fit.material
     }
 
-    fn to_report(&self) -> Report {
-        Report::new(&self.fit, Viewing::default())
+    fn to_report(&self) -> FitReport {
+        FitReport::new(&self.fit, Viewing::default())
     }
 
     /// Returns the fit, or raises `ImplausibleError` if its readings are implausible.

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use glimpse_fitting::choice::Choice;
 use glimpse_fitting::measurement::{
-    AngleArgs, CountCalibration, LabReading, LargerSpot, NamedRecipe, ReadingQuantity, Readings,
-    Rows, rusinkiewicz,
+    AngleArgs, CountCalibration, LabReading, LargerSpot, NamedRecipe, ReadingQuantity, ReadingRows,
+    Readings, rusinkiewicz,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -30,7 +30,7 @@ impl<'py> ReadingArgs<'py> {
             Some(_) if directions.is_some() => {
                 return reject("directions has no effect: the file of readings states them");
             }
-            Some(path) => Rows::read(path, &AngleArgs::default())?,
+            Some(path) => ReadingRows::read(path, &AngleArgs::default())?,
             None => self.rows(given, readings, directions)?,
         };
         let quantity = match self.take("white")? {
@@ -107,7 +107,7 @@ impl<'py> ReadingArgs<'py> {
         given: &NamedRecipe,
         argument: &Bound<'py, PyAny>,
         directions: Option<&Bound<'py, PyAny>>,
-    ) -> Result<Rows> {
+    ) -> Result<ReadingRows> {
         let wavelengths = match self.take("wavelengths")? {
             Some(nm) => numbers(&nm, "wavelengths")?.into_iter().collect(),
             None => Vec::new(),
@@ -141,11 +141,11 @@ impl<'py> ReadingArgs<'py> {
         for (reading, level) in readings.iter_mut().zip(noise) {
             reading.noise = Some(level);
         }
-        Ok(Rows::from_array("readings", wavelengths, readings))
+        Ok(ReadingRows::from_array("readings", wavelengths, readings))
     }
 
     /// Returns the quantity of readings that are not counts.
-    fn multiple(&self, rows: &Rows) -> Result<ReadingQuantity> {
+    fn multiple(&self, rows: &ReadingRows) -> Result<ReadingQuantity> {
         let multiple = self.take_choice("quantity")?;
         let reflectance = self.take_channels("white_reflectance")?;
         ReadingQuantity::of_values(multiple, reflectance, rows).map_or_else(
@@ -194,7 +194,7 @@ impl<'py> ReadingArgs<'py> {
             dark: self.take_channels("dark")?,
             reflectance: self.take_channels("white_reflectance")?,
             saturation: saturation.first().copied(),
-            white: Rows::from_array("white", Vec::new(), white),
+            white: ReadingRows::from_array("white", Vec::new(), white),
             footprint: footprint.map(Into::into),
         }))
     }

@@ -9,7 +9,7 @@ use glimpse_fitting::linear::Posterior;
 use glimpse_fitting::measurement::{NamedRecipe, Readings};
 use glimpse_fitting::recipe::RecipeFile;
 use glimpse_fitting::route::{PlanArgs, SpeedArgs, arms_in_degrees};
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
 
@@ -44,7 +44,7 @@ impl PyRecipe {
     pub(crate) fn new_with_basis(file: RecipeFile, basis: Option<&[u8]>) -> Result<Self> {
         let basis = match (file.recipe().basis_checksum(), basis) {
             (None, None) => None,
-            (Some(checksum), Some(bytes)) => match Basis::parse_for(bytes, checksum) {
+            (Some(checksum), Some(bytes)) => match BasisTable::parse_for(bytes, checksum) {
                 Ok(basis) => Some(Arc::new(basis)),
                 Err(error) => return reject(format!("basis is not this recipe's basis: {error}")),
             },
@@ -86,7 +86,7 @@ impl PyRecipe {
         let mut files = Vec::new();
         if let Some(basis) = &self.0.basis {
             // The basis comes first: a recipe without its basis is useless.
-            files.push((Basis::path_for(&path), basis.file().to_vec()));
+            files.push((BasisTable::path_for(&path), basis.file().to_vec()));
         }
         files.push((path, self.0.file.bytes().to_vec()));
         run_detached(py, || write(&files, overwrite))?

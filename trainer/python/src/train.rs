@@ -94,7 +94,7 @@ pub(crate) fn train(
     let latest = Mutex::new(None);
     let new_progress = module.getattr("Progress")?.unbind();
     let report = |py: Python<'_>| {
-        let latest: Option<outer::Progress> =
+        let latest: Option<outer::TrainingProgress> =
             latest.lock().ok().and_then(|mut latest| latest.take());
         if let (Some(progress), Some(latest)) = (&progress, latest) {
             let (phase, samples, done) = (latest.phase, latest.samples, latest.done);
@@ -107,7 +107,7 @@ pub(crate) fn train(
         let data = materials.sources.label();
         let (materials, source_shares) = materials.load()?;
         options.source_shares = source_shares;
-        let observe = &mut |progress: &outer::Progress| {
+        let observe = &mut |progress: &outer::TrainingProgress| {
             if let Ok(mut latest) = latest.lock() {
                 *latest = Some(*progress);
             }

@@ -8,7 +8,7 @@ use glimpse_core::checksum::crc_32;
 use glimpse_fitting::recipe::identity::RunIdentity;
 use glimpse_materials::files;
 use glimpse_materials::untrusted::read_at_most;
-use glimpse_optimizer::{Optimizer, Values};
+use glimpse_optimizer::{MetaValues, Optimizer};
 use serde::{Deserialize, Serialize};
 
 use super::scan_budget::INITIAL_WEIGHT;
@@ -80,13 +80,13 @@ pub struct Checkpoint {
     /// The weight of a second of motion, for a run with a [scan budget](super::scan_budget).
     pub motion_weight: f32,
     /// The best values so far with their loss, as defined by the phase's [`Selection`](super::outer::Selection).
-    pub best: Option<(f32, Values)>,
+    pub best: Option<(f32, MetaValues)>,
 }
 
 impl Checkpoint {
     /// Creates the state before the first step.
     #[must_use]
-    pub fn new(identity: RunIdentity, values: Values) -> Self {
+    pub fn new(identity: RunIdentity, values: MetaValues) -> Self {
         Self {
             identity,
             optimizer: Optimizer::new(values),
@@ -100,7 +100,7 @@ impl Checkpoint {
 
     /// Returns the best values so far, or the present ones.
     #[must_use]
-    pub fn best_values(&self) -> Values {
+    pub fn best_values(&self) -> MetaValues {
         match &self.best {
             Some((_, values)) => values.clone(),
             None => self.optimizer.values.clone(),

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use glimpse_core::fit::ridge::{RidgeGradient, scratch_length};
 use glimpse_fitting::linear::{ComponentsAt, add_scaled, bounded_precision, dot};
 
-use super::tasks::reading::{LOG_SCALE, Reading};
+use super::tasks::reading::{LOG_SCALE, TaskReading};
 
 const CHANNELS: usize = 3;
 
@@ -79,7 +79,12 @@ impl Correction {
 
     /// Corrects the completed coefficients of a task.
     #[must_use]
-    pub fn correct(&self, readings: &[Reading], present: &[bool], completed: &[f32]) -> Corrected {
+    pub fn correct(
+        &self,
+        readings: &[TaskReading],
+        present: &[bool],
+        completed: &[f32],
+    ) -> Corrected {
         let count = self.at.components;
         let scales: Vec<f32> = present.iter().map(|present| f32::from(*present)).collect();
         let factors = if present.contains(&false) {
@@ -119,7 +124,7 @@ impl Correction {
     pub fn adjoint(
         &self,
         corrected: &Corrected,
-        readings: &[Reading],
+        readings: &[TaskReading],
         by_corrected: &[f32],
     ) -> CorrectionGradient {
         let (count, samples) = (self.at.components, readings.len());

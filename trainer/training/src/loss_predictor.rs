@@ -27,14 +27,14 @@ const MAX_PREDICTION: f32 = 1e4;
 
 /// The evidence of readings for the loss of a fit.
 #[derive(Clone, Copy, Debug)]
-pub struct Evidence {
+pub struct LossEvidence {
     /// The mean difference of logarithms between the readings and the completion before its correction.
     pub innovation: f32,
     /// The mean residual at the readings.
     pub residual: f32,
 }
 
-impl Evidence {
+impl LossEvidence {
     /// Returns the feature of the innovation.
     #[must_use]
     pub fn log_innovation(&self) -> f32 {
@@ -54,7 +54,7 @@ pub struct HeldOutLoss {
     /// The mean of each coefficient over channels.
     pub coefficients: Vec<f32>,
     /// The evidence of the readings, by a recipe trained without the material.
-    pub evidence: Evidence,
+    pub evidence: LossEvidence,
     /// The loss.
     pub loss: f32,
     /// The index of the material among all of the training; for an augmentation, that of its first material.
@@ -423,7 +423,7 @@ mod tests {
                     material: index,
                     loss: (log_loss + noise * wave(index, 37.1)).exp(),
                     coefficients,
-                    evidence: Evidence {
+                    evidence: LossEvidence {
                         innovation: 0.1,
                         residual: 0.01,
                     },

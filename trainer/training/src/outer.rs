@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use glimpse_fitting::linear::add_scaled;
 use glimpse_fitting::recipe::identity::RunIdentity;
-pub use glimpse_optimizer::Values;
+pub use glimpse_optimizer::MetaValues;
 use glimpse_optimizer::{Groups, Optimizer};
 
 use super::checkpoint::Checkpoint;
@@ -30,14 +30,14 @@ pub struct OuterStep {
 
 /// Returns the meta-parameters that a phase starts with, given the best ones so far, or the present ones without
 /// them.
-pub type Start<'a> = Box<dyn Fn(Values) -> Values + 'a>;
+pub type Start<'a> = Box<dyn Fn(MetaValues) -> MetaValues + 'a>;
 /// Returns the loss of a step, and its gradient, which includes the [barrier](super::pattern::Pattern::barrier).
-pub type Gradient<'a> = Box<dyn Fn(&Values, OuterStep) -> (f32, Values) + 'a>;
+pub type Gradient<'a> = Box<dyn Fn(&MetaValues, OuterStep) -> (f32, MetaValues) + 'a>;
 /// Returns a loss, by which the best meta-parameters are selected.
-pub type SelectionLoss<'a> = Box<dyn Fn(&Values) -> f32 + 'a>;
+pub type SelectionLoss<'a> = Box<dyn Fn(&MetaValues) -> f32 + 'a>;
 
 /// The criterion for storing meta-parameters of a phase as the best so far.
-pub enum Selection<'a> {
+pub enum Criterion<'a> {
     /// The smallest loss on validation materials, if it is below the best so far.
     BestValidation(SelectionLoss<'a>),
     /// The smallest training loss over an epoch of this many steps, including the
@@ -58,7 +58,7 @@ pub struct Phase<'a> {
     /// The objective.
     pub gradient: Gradient<'a>,
     /// The selection of the best meta-parameters.
-    pub selection: Selection<'a>,
+    pub selection: Criterion<'a>,
     /// The number of outer steps.
     pub steps: usize,
     /// The number of tasks per outer step.
@@ -102,9 +102,9 @@ impl Phase<'_> {
 
 /// Returns the sum of losses and gradients in their order, multiplied by `share`.
 #[must_use]
-pub fn scaled_sum(share: f32, tasks: &[(f32, Values)]) -> (f32, Values) {
+pub fn scaled_sum(share: f32, tasks: &[(f32, MetaValues)]) -> (f32, MetaValues) {
     let mut loss = 0.0;
-    let mut sum = Values::default();
+    let mut sum = MetaValues::default();
     for (task_loss, gradients) in tasks {
         loss += share * task_loss;
         for (sum, gradient) in sum.each_mut().into_iter().zip(gradients.each()) {
@@ -117,7 +117,7 @@ pub fn scaled_sum(share: f32, tasks: &[(f32, Values)]) -> (f32, Values) {
 
 /// The progress of a run.
 #[derive(Clone, Copy, Debug)]
-pub struct Progress {
+pub struct TrainingProgress {
     /// The name of the phase.
     pub phase: &'static str,
     /// The number of samples of the pattern.
@@ -133,7 +133,7 @@ pub struct Progress {
 }
 
 /// A callback after each outer step, which may stop the run.
-pub type Observer<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + Send + 'a;
+pub type StepObserver<'a> = dyn FnMut(&TrainingProgress) -> ControlFlow<()> + Send + 'a;
 
 /// The location of checkpoints.
 #[derive(Clone, Debug)]
@@ -149,7 +149,7 @@ pub struct PathOfSamples<'a> {
     /// The motion.
     pub motion: &'a Motion,
     /// Returns meta-parameters, or their moments, with the samples in another order, given as indices.
-    pub permute: &'a dyn Fn(Values, &[usize]) -> Values,
+    pub permute: &'a dyn Fn(MetaValues, &[usize]) -> MetaValues,
 }
 
 /// The maximum time between two checkpoints.
@@ -167,7 +167,7 @@ pub struct Session<'s, 'o> {
     /// The checkpoints, one file for each run; None disables them.
     pub checkpoints: Option<&'s Checkpoints>,
     /// The observer.
-    pub observer: &'s mut Observer<'o>,
+    pub observer: &'s mut StepObserver<'o>,
     /// The number of outer steps of all runs; 0 for a single run.
     pub total: usize,
     /// The number of outer steps of the completed runs.
@@ -181,7 +181,7 @@ impl<'s, 'o> Session<'s, 'o> {
     pub fn new(
         identity: RunIdentity,
         checkpoints: Option<&'s Checkpoints>,
-        observer: &'s mut Observer<'o>,
+        observer: &'s mut StepObserver<'o>,
     ) -> Self {
         Self {
             identity,
@@ -200,10 +200,10 @@ impl<'s, 'o> Session<'s, 'o> {
     /// If the run is stopped, a checkpoint cannot be read or written, or no pattern within the budget is found.
     pub fn run(
         &mut self,
-        initial: Values,
+        initial: MetaValues,
         phases: &[Phase<'_>],
         path: Option<PathOfSamples<'_>>,
-    ) -> Result<Values, TrainError> {
+    ) -> Result<MetaValues, TrainError> {
         let steps: usize = phases.iter().map(|phase| phase.steps).sum();
         let file = self
             .checkpoints
@@ -223,7 +223,7 @@ impl<'s, 'o> Session<'s, 'o> {
         let mut last_saved = begin;
         for (phase, outer_step) in outer_steps(phases).skip(state.done) {
             advance(&mut state, phase, outer_step, path.as_ref());
-            let stop = (self.observer)(&Progress {
+            let stop = (self.observer)(&TrainingProgress {
                 phase: phase.name,
                 samples: phase.samples,
                 done: self.done + state.done,
@@ -231,7 +231,7 @@ impl<'s, 'o> Session<'s, 'o> {
                 loss: state.smoothed_loss.unwrap_or(f32::NAN),
                 // With `Selection::Last` the best loss of earlier phases is not comparable.
                 best: match phase.selection {
-                    Selection::Last => None,
+                    Criterion::Last => None,
                     _ => state.best.as_ref().map(|(loss, _)| *loss),
                 },
             });
@@ -289,21 +289,21 @@ fn advance(
     }
     let is_last = step + 1 == phase.steps;
     match &phase.selection {
-        Selection::BestValidation(validation_loss) => {
+        Criterion::BestValidation(validation_loss) => {
             let period = phase.steps.div_ceil(VALIDATIONS);
             if (step + 1).is_multiple_of(period) || is_last {
                 state.store_if_better(validation_loss(&state.optimizer.values));
             }
         }
-        Selection::BestEpoch(epoch_steps) => {
+        Criterion::BestEpoch(epoch_steps) => {
             state.epoch_loss += loss + Reach::ANY.pattern(&values.pattern).barrier();
             if (step + 1).is_multiple_of(*epoch_steps) {
                 let loss = std::mem::take(&mut state.epoch_loss) / *epoch_steps as f32;
                 state.store_if_better(loss);
             }
         }
-        Selection::Last if is_last => state.best = Some((loss, state.optimizer.values.clone())),
-        Selection::Last => {}
+        Criterion::Last if is_last => state.best = Some((loss, state.optimizer.values.clone())),
+        Criterion::Last => {}
     }
 }
 
@@ -313,7 +313,7 @@ fn descend(
     phase: &Phase<'_>,
     outer_step: OuterStep,
     path: Option<&PathOfSamples<'_>>,
-) -> (f32, Values) {
+) -> (f32, MetaValues) {
     let step = outer_step.step;
     let path = path.filter(|_| phase.rates.pattern > 0.0);
     if let Some(PathOfSamples { motion, permute }) = path
@@ -350,7 +350,7 @@ fn start_phase(state: &mut Checkpoint, phase: &Phase<'_>) {
     if let Some(start) = &phase.start {
         state.optimizer = Optimizer::new(start(state.best_values()));
     }
-    if let Selection::BestEpoch(_) = phase.selection {
+    if let Criterion::BestEpoch(_) = phase.selection {
         // Losses of earlier phases are not comparable: their patterns have other sizes.
         state.best = None;
         state.epoch_loss = 0.0;

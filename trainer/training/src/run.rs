@@ -7,7 +7,7 @@ use glimpse_fitting::recipe::{Metadata, RecipeFile, Training};
 use glimpse_materials::{Identity, Material, SourceShare};
 
 use crate::loss_predictor::LossPredictor;
-use crate::outer::{Checkpoints, Observer, Session};
+use crate::outer::{Checkpoints, Session, StepObserver};
 use crate::result::Learned;
 use crate::scan_budget::Motion;
 use crate::{paper, prior};
@@ -51,7 +51,7 @@ pub fn train(
     data: &str,
     materials: Vec<Box<dyn Material>>,
     checkpoints: Option<&Checkpoints>,
-    observer: &mut Observer<'_>,
+    observer: &mut StepObserver<'_>,
 ) -> Result<TrainedRecipe, TrainError> {
     if materials.is_empty() {
         return Err(TrainError::NoMaterials);

@@ -6,7 +6,7 @@
 
 use glimpse_core::geometry::Angles;
 use glimpse_fitting::recipe::options::TrainingOptions;
-use glimpse_fitting::route::{Machine, Order, Route, arms_at, arms_in_degrees, move_seconds};
+use glimpse_fitting::route::{Order, Route, TimedMachine, arms_at, arms_in_degrees, move_seconds};
 use glimpse_kernels::Dual;
 use glimpse_materials::setting::Name;
 
@@ -56,7 +56,7 @@ pub struct PathTime {
 /// The motion of a scan within a budget.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
-    machine: Machine,
+    machine: TimedMachine,
     samples: usize,
     /// The budget for motion, in seconds.
     seconds: f64,
@@ -91,7 +91,7 @@ impl Motion {
     /// Creates the motion of a valid machine to `samples` samples, in `seconds` from [`Machine::START`] to the last
     /// reading.
     #[must_use]
-    pub fn new(seconds: f64, machine: Machine, samples: usize) -> Self {
+    pub fn new(seconds: f64, machine: TimedMachine, samples: usize) -> Self {
         Self {
             machine,
             samples,
@@ -144,7 +144,7 @@ impl Motion {
             by_angles: vec![[0.0; 3]; angles.len()],
         };
         let turn = self.machine.turn_seconds();
-        let start = self.machine.axis_seconds(&Machine::START);
+        let start = self.machine.axis_seconds(&TimedMachine::START);
         let mut from = start.map(Dual::from_value);
         for (index, angles) in angles.iter().enumerate() {
             let variables = Dual::<f64, 3>::variables(angles.map(f64::from));

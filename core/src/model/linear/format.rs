@@ -1,10 +1,10 @@
 //! Constants of the compact basis format, which `docs/basis.md` documents.
 
 use crate::error::ErrorCode;
-use crate::file::Format;
+use crate::file::FileFormat;
 
 /// The header of a compact basis.
-pub const FORMAT: Format = Format {
+pub const FORMAT: FileFormat = FileFormat {
     magic: *b"GLMC",
     version: 1,
     min_body_bytes: SHAPE_BYTES,

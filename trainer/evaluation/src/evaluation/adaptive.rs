@@ -5,7 +5,7 @@ use glimpse_fitting::linear::{Candidates, CoefficientPrior, Posterior, Posterior
 use glimpse_fitting::recipe::RecipeFile;
 use glimpse_fitting::route::Position;
 use glimpse_kernels::scan::scan_with_missing;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 
 use super::EvaluationError;
 use super::outcome::Outcome;
@@ -17,7 +17,7 @@ pub struct Adaptive<'a> {
     /// The recipe, without a pattern.
     pub file: &'a RecipeFile,
     /// The recipe's basis.
-    pub basis: &'a Basis,
+    pub basis: &'a BasisTable,
     /// The recipe's prior.
     pub prior: CoefficientPrior,
     /// The directions among which a scan chooses.

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::EvaluationError;
 use super::method::Method;
-use super::report::{FitMetrics, Report};
+use super::report::{EvaluationReport, FitMetrics};
 use crate::metrics::Metrics;
 use crate::render::{Picture, render_sphere};
 
@@ -104,7 +104,7 @@ impl<'a> Evaluator<'a> {
         method: &Method<'_>,
         seed: u64,
         seeds: u64,
-    ) -> Result<Report, EvaluationError> {
+    ) -> Result<EvaluationReport, EvaluationError> {
         self.evaluate_with_progress(method, seed, seeds, &|| {}, &AtomicBool::new(false))
     }
 
@@ -120,7 +120,7 @@ impl<'a> Evaluator<'a> {
         seeds: u64,
         done: &(dyn Fn() + Sync),
         stop: &AtomicBool,
-    ) -> Result<Report, EvaluationError> {
+    ) -> Result<EvaluationReport, EvaluationError> {
         let seeds = if method.is_random() { seeds.max(1) } else { 1 };
         let fit = |material: usize, offset: u64| {
             if stop.load(Ordering::Relaxed) {
@@ -143,6 +143,10 @@ impl<'a> Evaluator<'a> {
         });
         let fits = fits.collect::<Result<Vec<_>, _>>()?;
         let names = self.materials.iter().map(|material| material.name());
-        Ok(Report::new(method, &names.collect::<Vec<_>>(), &fits))
+        Ok(EvaluationReport::new(
+            method,
+            &names.collect::<Vec<_>>(),
+            &fits,
+        ))
     }
 }

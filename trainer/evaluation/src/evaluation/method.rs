@@ -8,7 +8,7 @@ use glimpse_fitting::linear::{CoefficientPrior, ComponentsAt, Posterior, Posteri
 use glimpse_kernels::ModelKernels;
 use glimpse_kernels::scan::scan_with_missing;
 use glimpse_materials::Material;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::sampling::uniform_valid;
 
 use super::adaptive::Adaptive;
@@ -98,11 +98,11 @@ impl<'a> Method<'a> {
     /// [`EvaluationError::Basis`]
     pub fn with_recipe(
         recipe: &Recipe<'a>,
-        basis: Option<&'a Basis>,
+        basis: Option<&'a BasisTable>,
         prior: Option<CoefficientPrior>,
     ) -> Result<Self, EvaluationError> {
         let (recipe, model) = (*recipe, recipe.model());
-        if recipe.basis_checksum() != basis.map(Basis::checksum) {
+        if recipe.basis_checksum() != basis.map(BasisTable::checksum) {
             return Err(EvaluationError::Basis);
         }
         let name = match recipe.estimator() {
@@ -149,7 +149,7 @@ impl<'a> Method<'a> {
     pub fn at_directions(
         name: &'static str,
         recipe: &Recipe<'a>,
-        basis: Option<&'a Basis>,
+        basis: Option<&'a BasisTable>,
         directions: SampleDirections,
     ) -> Result<Self, EvaluationError> {
         match (recipe.estimator(), basis) {
@@ -172,7 +172,10 @@ impl<'a> Method<'a> {
     ///
     /// # Errors
     /// See [`Method::at_directions`].
-    pub fn meta(recipe: &Recipe<'a>, basis: Option<&'a Basis>) -> Result<Self, EvaluationError> {
+    pub fn meta(
+        recipe: &Recipe<'a>,
+        basis: Option<&'a BasisTable>,
+    ) -> Result<Self, EvaluationError> {
         let directions = SampleDirections::Random(recipe.samples());
         Self::at_directions(names::META, recipe, basis, directions)
     }
@@ -203,7 +206,7 @@ impl<'a> Method<'a> {
 
     fn ridge(
         name: &'static str,
-        basis: &'a Basis,
+        basis: &'a BasisTable,
         precision: Vec<f32>,
         directions: SampleDirections,
     ) -> Self {
@@ -264,7 +267,7 @@ impl<'a> Method<'a> {
     #[must_use]
     pub fn linear(
         name: &'static str,
-        basis: &'a Basis,
+        basis: &'a BasisTable,
         eta: f32,
         directions: SampleDirections,
     ) -> Self {

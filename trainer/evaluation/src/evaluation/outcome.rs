@@ -2,7 +2,7 @@
 
 use glimpse_core::model::ModelKind;
 use glimpse_kernels::scan::LossPrediction;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::{Brdf, FittedBrdf};
 
 use super::EvaluationError;
@@ -27,7 +27,7 @@ impl Outcome {
     pub(super) fn new(
         model: ModelKind,
         values: Vec<f32>,
-        basis: Option<&Basis>,
+        basis: Option<&BasisTable>,
     ) -> Result<Self, EvaluationError> {
         let fitted = FittedBrdf::new(model, values.clone(), basis).ok_or(EvaluationError::Basis)?;
         Ok(Self {

@@ -53,7 +53,7 @@ pub struct UnseenLoss {
 
 /// The metrics of a method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Report {
+pub struct EvaluationReport {
     /// The name of the method.
     pub method: String,
     /// The name of the model.
@@ -115,7 +115,7 @@ impl MaterialMetrics {
     }
 }
 
-impl Report {
+impl EvaluationReport {
     /// Summarizes the fits of each material, one for each seed.
     pub(super) fn new(method: &Method<'_>, names: &[&str], fits: &[Vec<FitMetrics>]) -> Self {
         let of_names = names.iter().zip(fits);

@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, SQRT_2, TAU};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::Nodes;
 use glimpse_core::model::linear::format::FORMAT;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::sampling::uniform_valid;
 use rayon::prelude::*;
 
@@ -45,7 +45,7 @@ const MAX_MEAN: f64 = 32_767.0;
 
 /// Returns the content of a host's file, with all components.
 #[must_use]
-pub fn to_host_bytes(basis: &Basis) -> Vec<u8> {
+pub fn to_host_bytes(basis: &BasisTable) -> Vec<u8> {
     let count = HOST_NODES.count().unwrap_or_default();
     let rows: Vec<Vec<f32>> = (0..count)
         .into_par_iter()
@@ -61,7 +61,7 @@ pub fn to_host_bytes(basis: &Basis) -> Vec<u8> {
 ///
 /// The bytes are deterministic. `nodes` must have at least two nodes along each axis.
 #[must_use]
-pub fn to_compact_bytes(basis: &Basis, components: usize, nodes: Nodes) -> Vec<u8> {
+pub fn to_compact_bytes(basis: &BasisTable, components: usize, nodes: Nodes) -> Vec<u8> {
     let components = components.clamp(1, basis.components());
     let columns = columns_at_nodes(basis, components, nodes);
     pack(basis.checksum(), nodes, &columns)
@@ -71,7 +71,7 @@ pub fn to_compact_bytes(basis: &Basis, components: usize, nodes: Nodes) -> Vec<u
 ///
 /// f is the BRDF in sr⁻¹, w is cos(theta_i) cos(theta_o), and e is the constant of
 /// [`map`](glimpse_core::model::linear::map).
-fn columns_at_nodes(basis: &Basis, components: usize, nodes: Nodes) -> Vec<Vec<f64>> {
+fn columns_at_nodes(basis: &BasisTable, components: usize, nodes: Nodes) -> Vec<Vec<f64>> {
     let count = nodes.count().unwrap_or_default();
     let angles = uniform_valid(DIRECTIONS, SEED);
     let rows = angles.iter().map(|angles| {
@@ -98,7 +98,7 @@ fn columns_at_nodes(basis: &Basis, components: usize, nodes: Nodes) -> Vec<Vec<f
 }
 
 /// Returns the mean and the components, each averaged over the angles and their mirror image at 2 pi - phi_d.
-fn symmetrized(basis: &Basis, angles: &Angles<f64>, components: usize) -> Vec<f32> {
+fn symmetrized(basis: &BasisTable, angles: &Angles<f64>, components: usize) -> Vec<f32> {
     let both =
         [angles.phi_d, TAU - angles.phi_d].map(|phi_d| basis.look_up(Angles { phi_d, ..*angles }));
     let [one, other] = &both;

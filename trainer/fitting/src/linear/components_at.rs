@@ -4,11 +4,8 @@ use glimpse_core::fit::ridge::{System, factor_length, scratch_length};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::{map, unmap};
 use glimpse_core::numeric::Matrix;
-use glimpse_kernels::Dual;
-use glimpse_materials::basis::Basis;
-
-/// A number with its derivatives with respect to the three angles of its direction.
-pub type AngleDual = Dual<f32, 3>;
+use glimpse_kernels::{AngleDual, Dual};
+use glimpse_materials::basis::BasisTable;
 
 /// The K components of a basis at n directions, with derivatives with respect to the angles.
 #[derive(Clone, Debug)]
@@ -22,9 +19,9 @@ pub struct ComponentsAt {
     /// The derivatives of each entry of the rows.
     pub slopes: Vec<[f32; 3]>,
     /// The mean of ln((f w + e) / e) over the training BRDFs f, n values.
-    pub mean: Vec<AngleDual>,
+    pub mean: Vec<AngleDual<f32>>,
     /// cos(theta_i) cos(theta_o), n values.
-    pub cosines: Vec<AngleDual>,
+    pub cosines: Vec<AngleDual<f32>>,
     /// cos(theta_i), n values.
     pub cos_theta_i: Vec<f32>,
 }
@@ -32,7 +29,7 @@ pub struct ComponentsAt {
 impl ComponentsAt {
     /// Evaluates a basis at angles in radians.
     #[must_use]
-    pub fn new(basis: &Basis, angles: Vec<Angles<f32>>) -> Self {
+    pub fn new(basis: &BasisTable, angles: Vec<Angles<f32>>) -> Self {
         let length = angles.len() * basis.components();
         let mut at = Self {
             components: basis.components(),
@@ -89,7 +86,7 @@ impl ComponentsAt {
 
     /// Returns a BRDF at a direction (sr⁻¹, not times the cosine), mapped and minus the mean.
     #[must_use]
-    pub fn mapped(&self, direction: usize, brdf: AngleDual) -> AngleDual {
+    pub fn mapped(&self, direction: usize, brdf: AngleDual<f32>) -> AngleDual<f32> {
         map(brdf, self.cosines[direction]) - self.mean[direction]
     }
 

@@ -8,7 +8,7 @@ mod next;
 mod posterior;
 
 pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES, HOST_NODES, to_compact_bytes, to_host_bytes};
-pub use components_at::{AngleDual, ComponentsAt, add_scaled, bounded_precision, dot};
+pub use components_at::{ComponentsAt, add_scaled, bounded_precision, dot};
 pub use material_basis::{CHANNEL_COEFFICIENTS, material_basis};
 pub use next::{Candidates, Proposal};
 pub use posterior::{CoefficientPrior, LeftOut, Posterior, PosteriorReading, gain_without};

@@ -8,7 +8,7 @@ use glimpse_core::fit::belief::{Weights, weights_length};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::gonio::Limits;
 use glimpse_kernels::scan::LossPrediction;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::sampling::uniform_valid;
 use rayon::prelude::*;
 
@@ -51,7 +51,7 @@ pub struct Proposal {
 impl Candidates {
     /// Draws directions within limits. They are the same for each call. There are fewer within narrow limits, maybe none.
     #[must_use]
-    pub fn new(basis: &Basis, limits: &Limits) -> Self {
+    pub fn new(basis: &BasisTable, limits: &Limits) -> Self {
         let [own, of_loss] = SEEDS;
         let all = uniform_valid(MAX_DRAWN, own);
         let drawn = all.into_iter().enumerate();
@@ -116,7 +116,7 @@ impl Posterior {
 
     /// The components at all directions.
     #[must_use]
-    pub fn basis(&self) -> &Basis {
+    pub fn basis(&self) -> &BasisTable {
         &self.basis
     }
 
@@ -186,7 +186,7 @@ mod tests {
 
     use super::*;
     use crate::linear::posterior::tests::{prior, readings};
-    use crate::route::Machine;
+    use crate::route::TimedMachine;
 
     fn posterior(count: usize) -> Posterior {
         let readings = readings(&Procedural::new(3, 7), count);
@@ -235,9 +235,9 @@ mod tests {
             ..Limits::NONE
         };
         let candidates = Candidates::new(posterior.basis(), &limits);
-        let slow = Machine {
+        let slow = TimedMachine {
             settle: 0.0,
-            ..Machine::default()
+            ..TimedMachine::default()
         };
         let seconds = |position: &mut Option<Position>| -> f64 {
             let proposals = posterior.next(&candidates, [&[], &[]], 6, position);

@@ -14,7 +14,7 @@ use glimpse_core::model::linear::unmap;
 use glimpse_core::recipe::Recipe;
 use glimpse_kernels::scan::LossPrediction;
 use glimpse_materials::Brdf;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::sampling::uniform_valid;
 
 use super::ComponentsAt;
@@ -36,7 +36,7 @@ const MEAN_SHARE: f64 = 1.0 / 3.0;
 /// The prior of a recipe without a pattern, or of one that was made of it for some directions.
 #[derive(Clone, Debug)]
 pub struct CoefficientPrior {
-    basis: Arc<Basis>,
+    basis: Arc<BasisTable>,
     /// The variances of the coefficients of the mean, and of the differences.
     variance: [Vec<f64>; 2],
     /// The variance of a mapped reading's noise.
@@ -46,7 +46,7 @@ pub struct CoefficientPrior {
 impl CoefficientPrior {
     /// Takes the prior of a recipe. None for recipes with a learned pattern.
     #[must_use]
-    pub fn new(recipe: &Recipe<'_>, basis: Arc<Basis>) -> Option<Self> {
+    pub fn new(recipe: &Recipe<'_>, basis: Arc<BasisTable>) -> Option<Self> {
         let coefficients = recipe.estimator().coefficients()?;
         let noise = f64::from(coefficients.noise?.variance);
         let ridge = coefficients.ridge;
@@ -111,7 +111,7 @@ pub struct LeftOut {
 /// The posterior of a material, given readings.
 #[derive(Clone, Debug)]
 pub struct Posterior {
-    pub(super) basis: Arc<Basis>,
+    pub(super) basis: Arc<BasisTable>,
     pub(super) belief: Belief<f64, Vec<f64>>,
     pub(super) readings: ComponentsAt,
     /// The mapped readings minus the mean of the training, and the variance of their noise.
@@ -331,7 +331,7 @@ pub(super) mod tests {
         let recipe = include_bytes!("../../../recipes/any/linear-any.recipe");
         let basis = include_bytes!("../../../recipes/any/linear-any.basis");
         let recipe = Recipe::parse(recipe).expect("a valid recipe");
-        let basis = Basis::parse(basis).expect("a valid basis");
+        let basis = BasisTable::parse(basis).expect("a valid basis");
         CoefficientPrior::new(&recipe, Arc::new(basis)).expect("a recipe without a pattern")
     }
 

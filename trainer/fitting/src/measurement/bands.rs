@@ -13,7 +13,7 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::linear::{map, unmap};
 use glimpse_core::recipe::Recipe;
 use glimpse_kernels::scan::scan_with_missing;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::{BandValues, Bands};
 use rayon::prelude::*;
 
@@ -28,7 +28,7 @@ const REPETITIONS: usize = 3;
 /// If a fit fails as it would on a device.
 pub(super) fn fit_bands(
     recipe: &Recipe<'_>,
-    basis: Option<&Basis>,
+    basis: Option<&BasisTable>,
     wavelengths: &[f32],
     samples: &[SampleReading],
 ) -> Result<Bands, Error> {
@@ -62,7 +62,7 @@ fn weight(at: &HalfDifference<f32>) -> f32 {
 
 fn fit_once(
     recipe: &Recipe<'_>,
-    basis: Option<&Basis>,
+    basis: Option<&BasisTable>,
     targets: &[Vec<f32>],
     wavelengths: &[f32],
 ) -> Result<Bands, Error> {

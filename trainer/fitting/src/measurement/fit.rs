@@ -25,7 +25,7 @@ pub struct Selection {
 
 /// The result of a fit.
 #[derive(Clone, Debug)]
-pub struct Fit {
+pub struct MaterialFit {
     /// The fitted material.
     pub material: FittedMaterial,
     /// The readings.
@@ -105,7 +105,7 @@ impl Selection {
     }
 }
 
-impl Fit {
+impl MaterialFit {
     /// Selects readings, and fits them as a device does. `name` is that of the material.
     ///
     /// # Errors

@@ -19,7 +19,7 @@ mod table;
 pub use angles::{
     AngleArgs, AngleConvention, AngleRow, AngleTable, angles_from_vectors, rusinkiewicz,
 };
-pub use fit::{Fit, FitFailure, Selection};
+pub use fit::{FitFailure, MaterialFit, Selection};
 pub use instrument::Instrument;
 pub use layout::AngleUnit;
 pub use outliers::Outliers;
@@ -27,7 +27,7 @@ pub use placement::AngularDistance;
 pub use quantity::{CountCalibration, LargerSpot, Multiple, ReadingQuantity};
 pub use readings::{ReadingStatus, Readings, SampleReading};
 pub use recipe::NamedRecipe;
-pub use report::{MaterialFiles, Report, material_files};
-pub use rows::{LabReading, Rows};
+pub use report::{FitReport, MaterialFiles, material_files};
+pub use rows::{LabReading, ReadingRows};
 pub use spectrum::{SpectrumReading, SpectrumReport};
 pub use table::TableError;

@@ -1,7 +1,7 @@
 //! The directions to read next.
 
 use crate::linear::{Candidates, Posterior, Proposal};
-use crate::route::{Machine, MachineArgs, PlanError, stops};
+use crate::route::{MachineArgs, PlanError, TimedMachine, stops};
 use glimpse_core::geometry::Angles;
 
 use super::NamedRecipe;
@@ -11,7 +11,7 @@ impl NamedRecipe {
     ///
     /// # Errors
     /// If a value is out of range, or the machine does not reach the recipe's samples.
-    pub fn machine(&self, args: &MachineArgs) -> Result<Machine, PlanError> {
+    pub fn machine(&self, args: &MachineArgs) -> Result<TimedMachine, PlanError> {
         let machine = args.machine(&self.file.metadata().machine())?;
         stops(&self.file.recipe(), &machine.limits)?;
         Ok(machine)

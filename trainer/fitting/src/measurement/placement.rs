@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glimpse_core::geometry::{Angles, Arms};
 
 use super::angles::above_horizon;
-use super::rows::{LabReading, Rows};
+use super::rows::{LabReading, ReadingRows};
 use super::table::TableError;
 use crate::route::{arms_at, arms_in_degrees, wrapped};
 
@@ -113,7 +113,7 @@ pub(super) struct Unmatched {
     pub(super) is_off_pattern: bool,
 }
 
-impl Rows {
+impl ReadingRows {
     /// Matches each row to the nearest sample, within [`TOLERANCE`].
     ///
     /// # Errors
@@ -300,7 +300,7 @@ mod tests {
             numbers: vec![1.0; 3],
             ..LabReading::default()
         });
-        let all = Rows::from_array("rows", Vec::new(), rows.collect());
+        let all = ReadingRows::from_array("rows", Vec::new(), rows.collect());
         let mut readings = all.readings.iter();
         let any = readings.any(|row| all.find_sample(row, &samples).is_err());
         any.then(|| all.cause(&samples))

@@ -7,7 +7,7 @@ use glimpse_core::gonio::{Calibration, Footprint, Quantity, Reading, Repeated};
 use serde::{Deserialize, Serialize};
 
 use super::angles::to_directions;
-use super::rows::{LabReading, Rows};
+use super::rows::{LabReading, ReadingRows};
 use super::table::TableError;
 use crate::choice::Choice;
 
@@ -81,7 +81,7 @@ pub struct CountCalibration {
     /// The lowest count of a saturated sensor, if it is known.
     pub saturation: Option<f32>,
     /// Counts of the white, at the directions of the readings, or in a single row if there is a footprint.
-    pub white: Rows,
+    pub white: ReadingRows,
     /// The larger of the two spots on a sample whose white was read once.
     pub footprint: Option<Footprint>,
 }
@@ -99,7 +99,7 @@ impl ReadingQuantity {
     pub fn of_values(
         multiple: Option<Multiple>,
         reflectance: Option<[f32; 3]>,
-        rows: &Rows,
+        rows: &ReadingRows,
     ) -> Option<Self> {
         let stated = rows.quantities.first();
         let stated = stated.and_then(|(_, name)| Multiple::from_str(name, false).ok());
@@ -179,7 +179,7 @@ impl CountCalibration {
 
 /// The conversion of the rows of a file to BRDFs.
 pub(super) struct Conversion<'a> {
-    rows: &'a Rows,
+    rows: &'a ReadingRows,
     quantity: &'a ReadingQuantity,
     /// For counts, the counts of the white for each sample; None where it was not read.
     whites: Vec<Option<[f32; 3]>>,
@@ -190,7 +190,7 @@ pub(super) struct Conversion<'a> {
 impl<'a> Conversion<'a> {
     /// Prepares the conversion of rows of a quantity at samples.
     pub(super) fn new(
-        rows: &'a Rows,
+        rows: &'a ReadingRows,
         quantity: &'a ReadingQuantity,
         directions: &[Angles<f32>],
     ) -> Result<Self, TableError> {

@@ -10,7 +10,7 @@ use super::angles::to_directions;
 use super::placement::AngularDistance;
 use super::quantity::{Conversion, ReadingQuantity};
 use super::recipe::NamedRecipe;
-use super::rows::Rows;
+use super::rows::ReadingRows;
 use super::table::TableError;
 
 /// The status of a sample's reading in a fit.
@@ -96,7 +96,7 @@ pub struct Readings {
     /// The samples.
     pub samples: Vec<SampleReading>,
     /// The rows, of which each has a reading.
-    pub rows: Rows,
+    pub rows: ReadingRows,
     /// The quantity of their numbers.
     pub quantity: ReadingQuantity,
     /// The largest distance of a row's directions from its sample's; None if no row has directions of a pattern.
@@ -115,7 +115,7 @@ impl Readings {
     /// readings; if all rows are empty.
     pub fn new(
         given: &NamedRecipe,
-        rows: Rows,
+        rows: ReadingRows,
         quantity: ReadingQuantity,
     ) -> Result<Self, TableError> {
         rows.check_quantity(&quantity.name())?;

@@ -7,7 +7,7 @@ use crate::linear::CoefficientPrior;
 use crate::recipe::{RecipeDefect, RecipeFile, RecipeFileError};
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 
 use crate::bundled::{self, BundledRecipe};
 
@@ -15,8 +15,8 @@ use crate::bundled::{self, BundledRecipe};
 const TESTED: &str = "a test parses all bundled recipes";
 
 /// The basis of the bundled recipes without a pattern.
-static ANY_BASIS: LazyLock<Arc<Basis>> =
-    LazyLock::new(|| Arc::new(Basis::parse(bundled::ANY_BASIS).expect(TESTED)));
+static ANY_BASIS: LazyLock<Arc<BasisTable>> =
+    LazyLock::new(|| Arc::new(BasisTable::parse(bundled::ANY_BASIS).expect(TESTED)));
 
 /// The prior of the bundled recipe `linear-any`.
 static LINEAR_PRIOR: LazyLock<CoefficientPrior> =
@@ -30,7 +30,7 @@ pub struct NamedRecipe {
     /// The recipe.
     pub file: Arc<RecipeFile>,
     /// The basis of the model Linear, and of recipes without a pattern.
-    pub basis: Option<Arc<Basis>>,
+    pub basis: Option<Arc<BasisTable>>,
     /// The prior of the coefficients, for predictions: its own, or else that of `linear-any`.
     pub prior: CoefficientPrior,
 }
@@ -38,8 +38,8 @@ pub struct NamedRecipe {
 impl NamedRecipe {
     /// Combines a recipe with its basis.
     #[must_use]
-    pub fn new(name: String, file: Arc<RecipeFile>, basis: Option<Arc<Basis>>) -> Self {
-        let own = |basis: &Arc<Basis>| CoefficientPrior::new(&file.recipe(), basis.clone());
+    pub fn new(name: String, file: Arc<RecipeFile>, basis: Option<Arc<BasisTable>>) -> Self {
+        let own = |basis: &Arc<BasisTable>| CoefficientPrior::new(&file.recipe(), basis.clone());
         Self {
             prior: basis
                 .as_ref()
@@ -59,7 +59,7 @@ impl NamedRecipe {
             0 => Some(ANY_BASIS.clone()),
             _ => bundled
                 .basis()
-                .map(|bytes| Arc::new(Basis::parse(bytes).expect(TESTED))),
+                .map(|bytes| Arc::new(BasisTable::parse(bytes).expect(TESTED))),
         };
         Self::new(bundled.name.to_owned(), Arc::new(file), basis)
     }
@@ -81,7 +81,8 @@ impl NamedRecipe {
         }
         let file = Arc::new(RecipeFile::read(path)?);
         let checksum = file.recipe().basis_checksum();
-        let basis = checksum.map(|checksum| Basis::read(&Basis::path_for(path), checksum));
+        let basis =
+            checksum.map(|checksum| BasisTable::read(&BasisTable::path_for(path), checksum));
         let basis = basis.transpose()?.map(Arc::new);
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         Ok(Self::new(name.into_owned(), file, basis))

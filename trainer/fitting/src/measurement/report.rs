@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::LossPrediction;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::{BasisFile, Brdf, FittedMaterial, Viewing};
 use serde::Serialize;
 
-use super::fit::Fit;
+use super::fit::MaterialFit;
 use super::readings::ReadingStatus;
 use super::spectrum::SpectrumReport;
 use crate::choice::Choice;
@@ -16,7 +16,7 @@ use crate::route::relative_arms;
 
 /// The report on a fit. Field names are those of `material.json`, of the trainer's JSON, and in Python.
 #[derive(Clone, Debug, Serialize)]
-pub struct Report {
+pub struct FitReport {
     /// The version of this program.
     pub trainer: &'static str,
     /// The recipe that fits the readings.
@@ -110,10 +110,10 @@ pub struct OutlierSummary {
     pub expected: [f32; 3],
 }
 
-impl Report {
+impl FitReport {
     /// Creates the report on a fit, with colors of bands by a viewing.
     #[must_use]
-    pub fn new(fit: &Fit, viewing: Viewing) -> Self {
+    pub fn new(fit: &MaterialFit, viewing: Viewing) -> Self {
         let readings = &fit.selection.readings;
         let recipe = readings.recipe.file.recipe();
         let file = readings.rows.path.file_name().unwrap_or_default();
@@ -155,7 +155,7 @@ impl Report {
 }
 
 impl ReadingSummary {
-    fn new(fit: &Fit) -> Self {
+    fn new(fit: &MaterialFit) -> Self {
         let readings = &fit.selection.readings;
         let samples = &readings.samples;
         let spreads = samples.iter().enumerate();
@@ -216,7 +216,7 @@ pub type MaterialFiles = Vec<(PathBuf, Vec<u8>)>;
 pub fn material_files(
     material: &FittedMaterial,
     path: &Path,
-    basis: Option<&Basis>,
+    basis: Option<&BasisTable>,
     metadata: impl Serialize,
 ) -> serde_json::Result<MaterialFiles> {
     let basis_path = path.with_extension("basis");
@@ -230,12 +230,12 @@ pub fn material_files(
     Ok(files.collect())
 }
 
-impl Fit {
+impl MaterialFit {
     /// Returns the file of the material with a report, and for the model Linear that of its basis next to it.
     ///
     /// # Errors
     /// Never in practice: the report is a struct.
-    pub fn files(&self, path: &Path, report: &Report) -> serde_json::Result<MaterialFiles> {
+    pub fn files(&self, path: &Path, report: &FitReport) -> serde_json::Result<MaterialFiles> {
         let basis = self.selection.readings.recipe.basis.as_deref();
         material_files(&self.material, path, basis, report)
     }
@@ -244,7 +244,7 @@ impl Fit {
     ///
     /// # Errors
     /// As [`files`](Self::files).
-    pub fn folder(&self, folder: &Path, report: &Report) -> serde_json::Result<MaterialFiles> {
+    pub fn folder(&self, folder: &Path, report: &FitReport) -> serde_json::Result<MaterialFiles> {
         let mut files = self.files(&folder.join("material.json"), report)?;
         files.push((folder.join("readings.csv"), self.readings_csv().into()));
         if let Some(spectrum) = &report.spectrum {

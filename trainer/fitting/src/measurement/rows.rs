@@ -34,7 +34,7 @@ pub struct LabReading {
 
 /// Readings of a file or of an array.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Rows {
+pub struct ReadingRows {
     /// The file, or the name of the array.
     pub path: PathBuf,
     /// The wavelengths of bands in nm, in ascending order; empty for readings in RGB.
@@ -51,7 +51,7 @@ pub struct Rows {
     pub(super) quantities: Vec<(usize, String)>,
 }
 
-impl Rows {
+impl ReadingRows {
     /// Reads a file.
     ///
     /// # Errors

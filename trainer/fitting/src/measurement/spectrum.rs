@@ -6,7 +6,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_materials::{Lab, Material, Viewing, ciede2000, weighted_sums};
 use serde::Serialize;
 
-use super::fit::Fit;
+use super::fit::MaterialFit;
 use crate::choice::Choice;
 
 /// The colors of readings in bands and of their fit, in CIELAB.
@@ -45,7 +45,7 @@ pub struct SpectrumReading {
 
 impl SpectrumReport {
     /// Returns the report of a fit; None without bands.
-    pub(super) fn new(fit: &Fit, viewing: Viewing) -> Option<Self> {
+    pub(super) fn new(fit: &MaterialFit, viewing: Viewing) -> Option<Self> {
         let bands = fit.material.spectrum()?;
         let weights = viewing.xyz_weights(bands.wavelengths());
         let lab = |spectrum: &[f32]| {

@@ -5,7 +5,7 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::numeric::Floats;
 use glimpse_core::recipe::{Contents, Pattern};
 use glimpse_core::section::MAX_SAMPLES;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 
 use super::file::{RecipeDefect, RecipeFile};
 use super::sections::Arena;
@@ -20,7 +20,7 @@ impl RecipeFile {
     /// If this recipe is not one without a pattern, a direction is below the horizon, or there are too many.
     pub fn at_directions(
         &self,
-        basis: &Basis,
+        basis: &BasisTable,
         directions: &[Angles<f32>],
         scales: &[f32],
     ) -> Result<Self, RecipeDefect> {

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::expected_loss::ValidatedLoss;
 use super::options::{OptionsError, TrainedParts, TrainingOptions};
 use crate::choice::Choice;
-use crate::route::Machine;
+use crate::route::TimedMachine;
 
 /// The metadata of a recipe. A fit needs none of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -118,9 +118,9 @@ impl Metadata {
 
     /// Returns the machine that the recipe was trained for, or the default one.
     #[must_use]
-    pub fn machine(&self) -> Machine {
+    pub fn machine(&self) -> TimedMachine {
         self.options()
-            .map_or_else(Machine::default, TrainingOptions::machine)
+            .map_or_else(TimedMachine::default, TrainingOptions::machine)
     }
 
     /// Describes the materials of the expected loss in words that follow their number; None if they are unknown.

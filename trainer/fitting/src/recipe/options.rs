@@ -17,7 +17,7 @@ use serde_json::{Map, Value};
 use super::identity::{RunIdentity, digest};
 use super::noise::Noise;
 use crate::choice::Choice;
-use crate::route::{LimitArgs, Machine, MachineError, SpeedArgs};
+use crate::route::{LimitArgs, MachineError, SpeedArgs, TimedMachine};
 
 /// The options of a training: all that determines a recipe, except for the materials.
 ///
@@ -443,9 +443,9 @@ impl TrainingOptions {
 
     /// Returns the machine that the pattern is trained for.
     #[must_use]
-    pub fn machine(&self) -> Machine {
-        let default = Machine::default();
-        Machine {
+    pub fn machine(&self) -> TimedMachine {
+        let default = TimedMachine::default();
+        TimedMachine {
             speeds: self.speeds.speed.unwrap_or(default.speeds),
             settle: self.speeds.settle.unwrap_or(default.settle),
             limits: self.limits(),

@@ -25,7 +25,7 @@ use super::arms::{arms_in_degrees, wrapped};
 /// An arm along the normal could have any azimuth. It keeps the pattern's azimuth, so that the time of a move never
 /// depends on earlier moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Machine {
+pub struct TimedMachine {
     /// The axis speeds in degrees per second, 0.001 to 1,000,000. One azimuth may have the speed 0, which means that the
     /// machine lacks that axis.
     pub speeds: Arms<f64>,
@@ -38,7 +38,7 @@ pub struct Machine {
     pub full_turns: bool,
 }
 
-impl Default for Machine {
+impl Default for TimedMachine {
     /// 10 degrees per second for each axis, 0.5 s at each sample, no limits, and full turns.
     fn default() -> Self {
         Self {
@@ -119,7 +119,7 @@ pub fn move_seconds<S: RealScalar>(turn: f64, from: &AxisSeconds<S>, to: &AxisSe
     theta_i.max(theta_o).max(azimuth)
 }
 
-impl Machine {
+impl TimedMachine {
     /// The position at the start of a scan, in degrees: both arms along the normal, with opposite azimuths.
     pub const START: Arms<f64> = Arms {
         theta_i: 0.0,
@@ -193,16 +193,16 @@ impl Machine {
 /// The position of a machine's arms during a scan whose order is not planned.
 #[derive(Clone, Debug)]
 pub struct Position {
-    machine: Machine,
+    machine: TimedMachine,
     at: AxisSeconds,
 }
 
 impl Position {
     /// Begins at the start position. The machine must be [valid](Machine::validate).
     #[must_use]
-    pub fn new(machine: Machine) -> Self {
+    pub fn new(machine: TimedMachine) -> Self {
         Self {
-            at: machine.axis_seconds(&Machine::START),
+            at: machine.axis_seconds(&TimedMachine::START),
             machine,
         }
     }
@@ -231,7 +231,7 @@ mod tests {
     #[test]
     fn rejects_speeds_that_are_not_finite() {
         for speed in [f64::NAN, f64::INFINITY] {
-            let mut machine = Machine::default();
+            let mut machine = TimedMachine::default();
             machine.speeds.phi_o = speed;
             let error = machine.validate();
             let is_named = matches!(error, Err(MachineError::Speed { axis: "phi_o", .. }));

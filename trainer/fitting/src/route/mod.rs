@@ -21,7 +21,7 @@ mod visit;
 
 pub(crate) use arms::wrapped;
 pub use arms::{arms_at, arms_in_degrees, axis_speeds, relative_arms};
-pub use machine::{Machine, MachineError, Position, move_seconds};
+pub use machine::{MachineError, Position, TimedMachine, move_seconds};
 pub use request::{LimitArgs, MachineArgs, PlanArgs, SpeedArgs};
 pub use sheet::{blank_directions, blank_sheet};
 pub use stop::{OutOfReach, PlanError, stops};

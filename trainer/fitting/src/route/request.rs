@@ -8,7 +8,7 @@ use glimpse_materials::setting::Name;
 use serde::{Deserialize, Serialize};
 
 use super::arms::axis_speeds;
-use super::machine::{Machine, MachineError, Position};
+use super::machine::{MachineError, Position, TimedMachine};
 use super::stop::{PlanError, stops};
 use super::visit::{Order, Route};
 
@@ -103,8 +103,8 @@ impl MachineArgs {
     ///
     /// # Errors
     /// If a value is out of range.
-    pub fn machine(&self, stated: &Machine) -> Result<Machine, MachineError> {
-        let machine = Machine {
+    pub fn machine(&self, stated: &TimedMachine) -> Result<TimedMachine, MachineError> {
+        let machine = TimedMachine {
             speeds: self.speeds.speed.unwrap_or(stated.speeds),
             settle: self.speeds.settle.unwrap_or(stated.settle),
             limits: self.limits.or(stated.limits)?,
@@ -116,7 +116,7 @@ impl MachineArgs {
 
     /// Returns the arms at the start of a scan, if a speed or a time was given.
     #[must_use]
-    pub fn position(&self, machine: Machine) -> Option<Position> {
+    pub fn position(&self, machine: TimedMachine) -> Option<Position> {
         (self.speeds != SpeedArgs::default()).then(|| Position::new(machine))
     }
 }
@@ -144,10 +144,10 @@ impl PlanArgs {
     pub fn plan(
         &self,
         recipe: &Recipe<'_>,
-        stated: &Machine,
+        stated: &TimedMachine,
         seed: u64,
-    ) -> Result<(Machine, Route), PlanError> {
-        let machine = Machine {
+    ) -> Result<(TimedMachine, Route), PlanError> {
+        let machine = TimedMachine {
             full_turns: !self.no_full_turns,
             ..self.machine.machine(stated)?
         };

@@ -7,7 +7,7 @@ use glimpse_core::geometry::Arms;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::machine::{AxisSeconds, Machine, move_seconds};
+use super::machine::{AxisSeconds, TimedMachine, move_seconds};
 
 /// A number of moves to evaluate. The limit is a count and not a time, so that a seed determines the route.
 pub(super) struct Effort {
@@ -51,10 +51,10 @@ pub(super) fn moves(path: &[usize]) -> impl Iterator<Item = (Option<&usize>, &us
 }
 
 impl Points {
-    pub(super) fn new(machine: &Machine, stops: &[Arms<f64>]) -> Self {
+    pub(super) fn new(machine: &TimedMachine, stops: &[Arms<f64>]) -> Self {
         let seconds = stops.iter().map(|arms| machine.axis_seconds(arms));
         Self {
-            start: machine.axis_seconds(&Machine::START),
+            start: machine.axis_seconds(&TimedMachine::START),
             turn: machine.turn_seconds(),
             stops: seconds.collect(),
         }

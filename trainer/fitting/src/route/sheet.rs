@@ -3,7 +3,7 @@
 use glimpse_core::geometry::Arms;
 use serde_json::{Value, json};
 
-use super::machine::Machine;
+use super::machine::TimedMachine;
 use super::visit::{Route, Visit};
 
 /// Rounds an angle in degrees to four decimals, finer than the resolution of arms, and removes the sign of -0.
@@ -61,7 +61,7 @@ impl Route {
     /// Returns JSON with the visits, its times, and the machine. Angles are in
     /// degrees, times in seconds.
     #[must_use]
-    pub fn to_json(&self, machine: &Machine) -> Value {
+    pub fn to_json(&self, machine: &TimedMachine) -> Value {
         let axes = |axes: &Arms<f64>| json!(axes.map(round));
         let limits = &machine.limits;
         let degrees = |radians: f32| round(f64::from(radians).to_degrees());
@@ -78,7 +78,7 @@ impl Route {
             "machine": {
                 "degrees_per_second": axes(&machine.speeds),
                 "settle_seconds": machine.settle,
-                "start": axes(&Machine::START),
+                "start": axes(&TimedMachine::START),
                 "full_turns": machine.full_turns,
                 "max_theta_i": degrees(limits.max_theta_i),
                 "max_theta_o": degrees(limits.max_theta_o),

@@ -24,12 +24,12 @@ const AZIMUTH_SPEED: f64 = 19.0;
 
 /// Returns machines with and without full turns, and one without the light's azimuth axis. Each axis has a different
 /// speed.
-fn machines() -> [Machine; 3] {
+fn machines() -> [TimedMachine; 3] {
     [(true, AZIMUTH_SPEED), (false, AZIMUTH_SPEED), (true, 0.0)].map(|(full_turns, phi_i)| {
-        Machine {
+        TimedMachine {
             speeds: Arms::from_array([7.0, phi_i, 11.0, 25.0]),
             full_turns,
-            ..Machine::default()
+            ..TimedMachine::default()
         }
     })
 }
@@ -98,12 +98,12 @@ fn agrees_with_device_implementation() {
         let device = gonio::Machine {
             speeds: radians(&machine.speeds),
             isotropic: true,
-            fixed: radians(&Machine::START),
+            fixed: radians(&TimedMachine::START),
             ..gonio::Machine::new(Limits::NONE)
         };
         let stops = random_stops(40, &mut random);
         let route = Route::new(&machine, &stops, Order::Progressive, 0);
-        let (mut position, mut previous_seconds) = (Machine::START, 0.0);
+        let (mut position, mut previous_seconds) = (TimedMachine::START, 0.0);
         for (visit, stop) in route.visits.iter().zip(&stops) {
             let to = radians(stop).directions();
             let nearest = device
@@ -140,7 +140,7 @@ fn axis_positions_match_sample_directions() {
             let difference = |arms: &Arms<f64>| arms.phi_o - arms.phi_i;
             assert!(azimuth_distance(difference(&visit.arms), difference(&expected)) < 1e-9);
             if machine.speeds.phi_i == 0.0 {
-                assert_eq!(visit.arms.phi_i, Machine::START.phi_i);
+                assert_eq!(visit.arms.phi_i, TimedMachine::START.phi_i);
             }
             if !machine.full_turns {
                 assert!(difference(&visit.arms).abs() < 180.0 + 1e-9);
@@ -153,7 +153,7 @@ fn axis_positions_match_sample_directions() {
 #[test]
 fn search_of_64_stops_is_within_5_percent_of_longer_searches() {
     let stops = random_stops(64, &mut ChaCha8Rng::seed_from_u64(6));
-    let machine = Machine::default();
+    let machine = TimedMachine::default();
     let route = Route::new(&machine, &stops, Order::Travel, 0);
     let points = Points::new(&machine, &stops);
     let long = Effort {

@@ -4,7 +4,7 @@ use glimpse_core::geometry::Arms;
 use glimpse_core::recipe::Recipe;
 use serde::Serialize;
 
-use super::machine::Machine;
+use super::machine::TimedMachine;
 use super::search::{self, Effort, Points, moves};
 use super::stop::stops;
 
@@ -47,14 +47,14 @@ pub struct Route {
 impl Route {
     /// Plans the scan of a recipe quickly. None if a sample exceeds the limits of the machine.
     #[must_use]
-    pub fn of_recipe(recipe: &Recipe<'_>, machine: &Machine, order: Order) -> Option<Self> {
+    pub fn of_recipe(recipe: &Recipe<'_>, machine: &TimedMachine, order: Order) -> Option<Self> {
         let stops = stops(recipe, &machine.limits).ok()?;
         Some(Self::quick(machine, &stops, order))
     }
 
     /// Plans a route through all stops within milliseconds. The machine must be [valid](Machine::validate).
     #[must_use]
-    pub fn quick(machine: &Machine, stops: &[Arms<f64>], order: Order) -> Self {
+    pub fn quick(machine: &TimedMachine, stops: &[Arms<f64>], order: Order) -> Self {
         Self::plan(machine, stops, order, &search::QUICK, 0)
     }
 
@@ -63,12 +63,12 @@ impl Route {
     ///
     /// The machine must be [valid](Machine::validate).
     #[must_use]
-    pub fn new(machine: &Machine, stops: &[Arms<f64>], order: Order, seed: u64) -> Self {
+    pub fn new(machine: &TimedMachine, stops: &[Arms<f64>], order: Order, seed: u64) -> Self {
         Self::plan(machine, stops, order, &search::THOROUGH, seed)
     }
 
     fn plan(
-        machine: &Machine,
+        machine: &TimedMachine,
         stops: &[Arms<f64>],
         order: Order,
         effort: &Effort,
@@ -79,9 +79,9 @@ impl Route {
             Order::Progressive => (0..stops.len()).collect(),
             Order::Travel => points.fastest_path(effort, seed),
         };
-        let (mut position, mut seconds) = (Machine::START, 0.0);
+        let (mut position, mut seconds) = (TimedMachine::START, 0.0);
         let visits = moves(&path).map(|(from, to)| {
-            let previous_arms = from.map_or(&Machine::START, |from| &stops[*from]);
+            let previous_arms = from.map_or(&TimedMachine::START, |from| &stops[*from]);
             position = machine.arrival(&position, previous_arms, &stops[*to]);
             seconds += points.seconds_between(from, Some(to)) + machine.settle;
             Visit {

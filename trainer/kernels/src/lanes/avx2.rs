@@ -61,12 +61,12 @@ impl Lanes for Avx2Lanes {
 }
 
 /// Registers that can be reduced to eight lanes.
-pub(super) trait Fold: Copy {
+pub(super) trait Reduce: Copy {
     /// Adds the lanes beyond the eighth to the first eight.
     fn fold(self) -> Avx2Lanes;
 }
 
-impl Fold for Avx2Lanes {
+impl Reduce for Avx2Lanes {
     #[inline(always)]
     fn fold(self) -> Self {
         self
@@ -75,7 +75,7 @@ impl Fold for Avx2Lanes {
 
 /// Computes the sum over the lanes of each register. Each register is first folded to eight lanes.
 #[inline(always)]
-pub(super) fn lane_totals(sums: &[impl Fold], totals: &mut [f32]) {
+pub(super) fn lane_totals(sums: &[impl Reduce], totals: &mut [f32]) {
     let (chunks, rest) = sums.as_chunks::<WIDTH>();
     let (outputs, tail) = totals.as_chunks_mut::<WIDTH>();
     for (sums, output) in chunks.iter().zip(outputs) {
@@ -92,7 +92,7 @@ pub(super) fn lane_totals(sums: &[impl Fold], totals: &mut [f32]) {
 
 /// Folds each of up to eight registers. The remaining entries of the result are 0.
 #[inline(always)]
-fn fold_each(sums: &[impl Fold]) -> [Avx2Lanes; WIDTH] {
+fn fold_each(sums: &[impl Reduce]) -> [Avx2Lanes; WIDTH] {
     let mut folded = [Avx2Lanes::splat(0.0); WIDTH];
     for (folded, sum) in folded.iter_mut().zip(sums) {
         *folded = sum.fold();

@@ -6,7 +6,7 @@
 use std::arch::x86_64::*;
 
 use super::arithmetic::arithmetic;
-use super::avx2::{self, Avx2Lanes, Fold};
+use super::avx2::{self, Avx2Lanes, Reduce};
 use super::elementary::Register;
 use super::{Lanes, Octet, Octets, RegisterPair};
 
@@ -71,7 +71,7 @@ impl Lanes for Avx512Lanes {
     }
 }
 
-impl Fold for Avx512Lanes {
+impl Reduce for Avx512Lanes {
     #[inline(always)]
     fn fold(self) -> Avx2Lanes {
         // SAFETY: see the module documentation.

@@ -3,10 +3,7 @@
 use std::f32::consts::TAU;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_kernels::Dual;
-
-/// A number and its derivatives with respect to theta_h, theta_d and phi_d.
-pub type AngleDual = Dual<f64, 3>;
+use glimpse_kernels::AngleDual;
 
 /// Returns the Rusinkiewicz angles of half and difference vectors, in radians. phi_d is in \[0, 2 pi).
 #[must_use]
@@ -20,7 +17,7 @@ pub fn angles_of(at: &HalfDifference<f32>) -> Angles<f32> {
 }
 
 /// Splits numbers into finite values and their derivatives, in f32.
-pub(crate) fn split_duals(duals: [AngleDual; 3]) -> ([f32; 3], [[f32; 3]; 3]) {
+pub(crate) fn split_duals(duals: [AngleDual<f64>; 3]) -> ([f32; 3], [[f32; 3]; 3]) {
     let (values, derivatives) = AngleDual::split(duals);
     (
         values.map(finite_f32),

@@ -7,8 +7,8 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear;
 use glimpse_kernels::dual::RealScalar;
 
-use super::angles::AngleDual;
 use crate::interpolation::products;
+use glimpse_kernels::AngleDual;
 
 /// The number of nodes along theta_h (denser towards 0, as in MERL tables), theta_d, and phi_d (with period pi).
 const NODES: [usize; 3] = [72, 46, 36];
@@ -18,7 +18,7 @@ const NODES: [usize; 3] = [72, 46, 36];
 pub struct Grid;
 
 /// The index of a node, and its weight in an interpolation, which may have derivatives.
-pub type Corner<S> = (usize, S);
+pub type WeightedNode<S> = (usize, S);
 
 impl Grid {
     /// The number of nodes.
@@ -49,7 +49,7 @@ impl Grid {
 
     /// Returns the eight nodes around angles in radians, with their weights.
     #[must_use]
-    pub fn corners<S: RealScalar>(angles: Angles<S>) -> [Corner<S>; 8] {
+    pub fn corners<S: RealScalar>(angles: Angles<S>) -> [WeightedNode<S>; 8] {
         let last_node = |axis: usize| (NODES[axis] - 1) as f64;
         let [h, d, p] = angles.to_array().map(S::value);
         let root = (h / FRAC_PI_2).clamp(0.0, 1.0).sqrt();
@@ -89,7 +89,7 @@ pub(super) enum Nodes {
 
 impl Nodes {
     /// Returns the eight nodes around angles in radians, each with its weight.
-    pub(super) fn corners(self, angles: Angles<f64>) -> [Corner<f64>; 8] {
+    pub(super) fn corners(self, angles: Angles<f64>) -> [WeightedNode<f64>; 8] {
         match self {
             Self::Grid => Grid::corners(angles),
             Self::File(nodes) => {
@@ -104,7 +104,10 @@ impl Nodes {
     /// Returns the nodes around angles in radians, with weights and their derivatives. For a file, the list
     /// also has the nodes around moved angles, with weight 0. Sums over all nodes then yield difference quotients as
     /// derivatives.
-    pub(super) fn corners_with_derivatives(self, angles: Angles<f64>) -> Vec<Corner<AngleDual>> {
+    pub(super) fn corners_with_derivatives(
+        self,
+        angles: Angles<f64>,
+    ) -> Vec<WeightedNode<AngleDual<f64>>> {
         let variables = AngleDual::variables(angles);
         if self == Self::Grid {
             return Grid::corners(variables).to_vec();

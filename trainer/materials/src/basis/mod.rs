@@ -8,7 +8,7 @@ mod angles;
 mod grid;
 mod table;
 
-pub use angles::{AngleDual, angles_of};
+pub use angles::angles_of;
 pub(crate) use angles::{finite_f32, split_duals};
-pub use grid::{Corner, Grid};
-pub use table::{Basis, BasisError, BasisValues, NODE_HEADER, Reconstruction};
+pub use grid::{Grid, WeightedNode};
+pub use table::{BasisError, BasisTable, BasisValues, NODE_HEADER, Reconstruction};

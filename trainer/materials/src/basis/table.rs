@@ -12,9 +12,9 @@ use glimpse_core::model::linear::{Basis as CompactBasis, EPSILON, unmap};
 use glimpse_core::numeric::Scalar;
 use rayon::prelude::*;
 
-use super::angles::AngleDual;
-use super::grid::{Corner, Nodes};
+use super::grid::{Nodes, WeightedNode};
 use crate::untrusted::read_at_most;
+use glimpse_kernels::AngleDual;
 
 /// The number of values before the components of a node: the mean of the mapped columns, and ln(median w + e).
 pub const NODE_HEADER: usize = 2;
@@ -51,7 +51,7 @@ pub enum BasisError {
 /// The table of a basis. Each node has a mean, ln(median w + e), and m components. During a training, the nodes are those
 /// of [`Grid`]; in a file, they are [`linear::Nodes`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct Basis {
+pub struct BasisTable {
     nodes: Nodes,
     table: Vec<f32>,
     components: usize,
@@ -69,7 +69,7 @@ pub struct BasisValues {
     pub components: Vec<[f64; 4]>,
 }
 
-impl Basis {
+impl BasisTable {
     /// Makes a basis from a table that holds the mean, ln(median w + e) and m components of each node of [`Grid`].
     #[must_use]
     pub fn from_table(table: Vec<f32>, components: usize) -> Self {
@@ -256,7 +256,7 @@ impl Reconstruction {
     /// Returns the BRDF at angles in radians, with the derivatives of the interpolant with respect to theta_h, theta_d
     /// and phi_d.
     #[must_use]
-    pub fn brdf_with_derivative(&self, angles: &Angles<f32>) -> [AngleDual; 3] {
+    pub fn brdf_with_derivative(&self, angles: &Angles<f32>) -> [AngleDual<f64>; 3] {
         let angles = angles.map(f64::from);
         let (mapped, log_median) = self.interpolate(self.nodes.corners_with_derivatives(angles));
         let at = HalfDifference::from_angles(AngleDual::variables(angles));
@@ -266,7 +266,10 @@ impl Reconstruction {
     }
 
     /// Interpolates the mapped values and ln(median w + e) between nodes.
-    fn interpolate<S: Scalar>(&self, corners: impl IntoIterator<Item = Corner<S>>) -> ([S; 3], S) {
+    fn interpolate<S: Scalar>(
+        &self,
+        corners: impl IntoIterator<Item = WeightedNode<S>>,
+    ) -> ([S; 3], S) {
         let (mut mapped, mut log_median) = ([S::constant(0.0); 3], S::constant(0.0));
         for (node, weight) in corners {
             let weighted = |value: f32| weight * S::constant(f64::from(value));

@@ -7,7 +7,7 @@ use glimpse_core::model::{ModelKind, NeuralParameters};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::basis::Basis;
+use crate::basis::BasisTable;
 use crate::error::{Defect, ensure, read_error};
 use crate::fitted_brdf::FittedBrdf;
 use crate::untrusted::{escaped, escaped_json_error, is_valid_name, read_at_most};
@@ -170,7 +170,7 @@ impl FittedMaterial {
     }
 
     /// Makes a material from the fields of a file.
-    fn from_fields(fields: MaterialFields, basis: Option<&Basis>) -> Result<Self, Defect> {
+    fn from_fields(fields: MaterialFields, basis: Option<&BasisTable>) -> Result<Self, Defect> {
         let MaterialFields {
             name,
             model,
@@ -269,7 +269,7 @@ fn parse_fields(bytes: &[u8]) -> Result<MaterialFields, Defect> {
     Ok(fields)
 }
 
-fn read_basis(path: &Path, reference: &BasisFile) -> Result<Basis, SourceError> {
+fn read_basis(path: &Path, reference: &BasisFile) -> Result<BasisTable, SourceError> {
     let BasisFile { file, checksum } = reference;
     let damaged = Defect::in_file::<String>(path);
     let number = u32::from_str_radix(checksum, 16).map_err(|_| {
@@ -284,7 +284,7 @@ fn read_basis(path: &Path, reference: &BasisFile) -> Result<Basis, SourceError> 
             escaped(file)
         )));
     }
-    Basis::read(&path.with_file_name(file), number).map_err(|error| damaged(error.to_string()))
+    BasisTable::read(&path.with_file_name(file), number).map_err(|error| damaged(error.to_string()))
 }
 
 impl Brdf for FittedMaterial {

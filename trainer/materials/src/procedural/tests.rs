@@ -1,8 +1,8 @@
 //! Tests of the procedural materials.
 
 use super::*;
-use crate::basis::AngleDual;
 use crate::sampling::uniform_valid;
+use glimpse_kernels::AngleDual;
 
 #[test]
 fn f32_is_close_to_f64() {

@@ -5,8 +5,9 @@ use std::sync::LazyLock;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, ModelKind, Neural, NeuralParameters, ParameterSet};
+use glimpse_kernels::AngleDual;
 use glimpse_kernels::Dual;
-use glimpse_materials::basis::{AngleDual, Basis};
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{BasisFile, Brdf, FittedBrdf, FittedMaterial, MODELS, Material, Source};
 use rand::{Rng, SeedableRng};
@@ -15,9 +16,9 @@ use rand_chacha::ChaCha8Rng;
 use crate::folder::Folder;
 use crate::{network, with_derivative};
 
-static BASIS: LazyLock<Basis> = LazyLock::new(|| {
+static BASIS: LazyLock<BasisTable> = LazyLock::new(|| {
     let bytes = include_bytes!("../../../recipes/linear.basis24");
-    Basis::parse(bytes).expect("a valid basis")
+    BasisTable::parse(bytes).expect("a valid basis")
 });
 
 fn fitted(model: ModelKind, seed: u64) -> FittedMaterial {
@@ -116,7 +117,8 @@ fn network_derivatives_match_f64() {
         let results = network.with_derivatives(&angles);
         for (angles, (values, derivative)) in angles.into_iter().zip(results) {
             let at = HalfDifference::from_angles(Dual::variables(angles.map(f64::from)));
-            let (expected_values, expected) = Dual::split(Neural::brdf::<AngleDual>(&weights, &at));
+            let (expected_values, expected) =
+                Dual::split(Neural::brdf::<AngleDual<f64>>(&weights, &at));
             let actual = values.iter().chain(derivative.as_flattened());
             let expected = expected_values.iter().chain(expected.as_flattened());
             for (actual, expected) in actual.zip(expected) {

@@ -9,7 +9,7 @@ use clap::Args;
 use glimpse_evaluation::evaluation::{Degradation, Evaluator, Method};
 use glimpse_fitting::measurement::NamedRecipe;
 use glimpse_materials::Source;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 
 use super::adaptive::AdaptiveArgs;
 use super::evaluation_report::{Comparison, RecipeReport};
@@ -102,7 +102,7 @@ impl Evaluate {
         if let (Some(path), [named, ..]) = (&self.basis, &mut recipes[..]) {
             let checksum = named.file.recipe().basis_checksum();
             let checksum = checksum.context("--basis has no effect: the recipe has no basis")?;
-            named.basis = Some(Arc::new(Basis::read(path, checksum)?));
+            named.basis = Some(Arc::new(BasisTable::read(path, checksum)?));
         }
         for named in &recipes {
             let recipe = named.file.recipe();

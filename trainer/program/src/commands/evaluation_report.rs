@@ -1,6 +1,6 @@
 //! Reports of evaluations as text and as JSON, with standard errors and warnings about training materials.
 
-use glimpse_evaluation::evaluation::{Estimate, Report, TargetReport, TrainingOverlap};
+use glimpse_evaluation::evaluation::{Estimate, EvaluationReport, TargetReport, TrainingOverlap};
 use glimpse_evaluation::metrics::{METRICS, Metrics};
 use glimpse_fitting::recipe::expected_loss::ValidatedLoss;
 use serde::Serialize;
@@ -16,7 +16,7 @@ pub(super) struct RecipeReport {
     /// Path of the recipe.
     pub(super) recipe: String,
     #[serde(flatten)]
-    pub(super) report: Report,
+    pub(super) report: EvaluationReport,
     /// The expected loss that the recipe states.
     pub(super) promise: Option<ValidatedLoss>,
     /// The same as text.

@@ -7,7 +7,7 @@ use clap::{Args, Subcommand};
 use glimpse_fitting::bundled::{self, BundledRecipe, Losses};
 use glimpse_fitting::recipe::Metadata;
 use glimpse_fitting::route::{Order, Route};
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use serde::Serialize;
 
 use super::emit;
@@ -152,7 +152,7 @@ impl Get {
         for bundled in selected {
             let recipe = self.out.join(format!("{}.recipe", bundled.name));
             if let Some(basis) = bundled.basis() {
-                files.push((Basis::path_for(&recipe), basis.to_vec()));
+                files.push((BasisTable::path_for(&recipe), basis.to_vec()));
             }
             files.push((recipe, bundled.bytes.to_vec()));
         }

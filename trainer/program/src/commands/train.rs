@@ -8,7 +8,7 @@ use clap::Args;
 use glimpse_core::model::ModelKind;
 use glimpse_fitting::recipe::RecipeFile;
 use glimpse_fitting::recipe::options::{Schedule, TrainingOptions};
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::files::is_stream;
 use glimpse_materials::{Source, Sources};
 use glimpse_training::checkpoint::Checkpoint;
@@ -136,7 +136,7 @@ impl Train {
             checkpoint_of(&self.out).display()
         );
         let has_basis = options.model == ModelKind::Linear || options.samples == 0;
-        let path = Basis::path_for(&self.out);
+        let path = BasisTable::path_for(&self.out);
         let (out, basis) = (self.out.display(), path.display());
         let remedy = "give --force to replace it, or another --out";
         if !self.out.exists() {

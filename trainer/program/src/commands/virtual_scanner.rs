@@ -8,7 +8,7 @@ use clap::Args;
 use glimpse_core::scan::Evidence;
 use glimpse_fitting::recipe::Noise;
 use glimpse_fitting::scanner::{self, ScanReport, ScannerError};
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::{FittedMaterial, Material, Source};
 
 use super::numbers::number;
@@ -125,7 +125,7 @@ impl VirtualScanner {
         &self,
         report: &ScanReport,
         material: Option<&dyn Material>,
-        basis: Option<&Basis>,
+        basis: Option<&BasisTable>,
     ) -> anyhow::Result<()> {
         let residual = report.residual;
         let loss = material.and_then(|material| report.loss(basis, material));

@@ -2,9 +2,9 @@
 
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
-use glimpse_evaluation::evaluation::{Report, names};
+use glimpse_evaluation::evaluation::{EvaluationReport, names};
 use glimpse_evaluation::metrics::METRICS;
-use glimpse_fitting::route::{Machine, Order, Route, stops};
+use glimpse_fitting::route::{Order, Route, TimedMachine, stops};
 
 use super::case::{Approach, Case, Variation};
 use super::store::{Store, TestSet};
@@ -26,7 +26,7 @@ pub(super) struct Record {
     /// Seconds of a scan with the pattern in the fastest order.
     pub(super) seconds: Option<f64>,
     /// The evaluation that the means are from.
-    pub(super) report: Option<Report>,
+    pub(super) report: Option<EvaluationReport>,
 }
 
 /// A column of the long table, or a number that is computed from its rows.
@@ -237,7 +237,7 @@ pub(super) fn evaluate(
             let named = store.recipe(&trained)?;
             let stops = stops(&named.file.recipe(), &Limits::NONE)
                 .map_err(|_| anyhow::anyhow!("a sample is below the horizon"))?;
-            let (machine, seed) = (Machine::default(), store.settings.seed);
+            let (machine, seed) = (TimedMachine::default(), store.settings.seed);
             record.seconds = Some(Route::new(&machine, &stops, Order::Travel, seed).total());
         }
         record.report = Some(report);

@@ -14,7 +14,8 @@ use glimpse_core::geometry::{Angles, Arms};
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_evaluation::evaluation::{
-    Adaptive, Evaluator, LINEAR_OPTIMUM_DIRECTIONS, Method, OPTIMUM_STEPS, Report, SampleDirections,
+    Adaptive, EvaluationReport, Evaluator, LINEAR_OPTIMUM_DIRECTIONS, Method, OPTIMUM_STEPS,
+    SampleDirections,
 };
 use glimpse_fitting::choice::Choice;
 use glimpse_fitting::linear::Candidates;
@@ -22,7 +23,7 @@ use glimpse_fitting::measurement::NamedRecipe;
 use glimpse_fitting::recipe::options::{
     Effort, PretrainedInit, Schedule, TrainedParts, TrainingOptions,
 };
-use glimpse_fitting::route::{Machine, Position, SpeedArgs};
+use glimpse_fitting::route::{Position, SpeedArgs, TimedMachine};
 use glimpse_materials::loss::DIRECTIONS;
 use glimpse_materials::sampling::{MeanBrdf, uniform_valid};
 use glimpse_materials::{Identity, Material, Source, SourceShare};
@@ -307,7 +308,7 @@ impl<'a> Store<'a> {
                     candidates: Candidates::new(basis, &Limits::NONE),
                     begin: Vec::new(),
                     samples: count,
-                    position: Some(Position::new(Machine::default())),
+                    position: Some(Position::new(TimedMachine::default())),
                 })
             }
             (_, Approach::Baseline) => at(SampleDirections::Random(case.samples))?,
@@ -367,7 +368,11 @@ impl<'a> Store<'a> {
     }
 
     /// Returns the stored evaluation of a case on a test set, or evaluates it. Also trains the required recipe.
-    pub(crate) fn evaluation(&self, set: &TestSet<'_>, case: &Case) -> anyhow::Result<Report> {
+    pub(crate) fn evaluation(
+        &self,
+        set: &TestSet<'_>,
+        case: &Case,
+    ) -> anyhow::Result<EvaluationReport> {
         let name = format!("sheets/{}/{}", set.label, case.name());
         let path = self.settings.out.join(format!("{name}.json"));
         if path.exists() {

@@ -3,14 +3,14 @@
 use glimpse_evaluation::conversion::{OutputFormat, encode};
 use glimpse_evaluation::evaluation::Method;
 use glimpse_fitting::bundled;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::{FittedBrdf, FittedMaterial, Format, Material, PhysicalErrors, Source};
 use rayon::prelude::*;
 
 /// Returns the fit of a bundled recipe to a material.
 fn fit(recipe: &str, material: &dyn Material) -> FittedMaterial {
     let bundled = bundled::find(recipe).expect("a bundled recipe");
-    let basis = bundled.basis().map(Basis::parse);
+    let basis = bundled.basis().map(BasisTable::parse);
     let basis = basis.transpose().expect("a valid basis");
     let method = Method::with_recipe(&bundled.recipe(), basis.as_ref(), None);
     let method = method.expect("a method");

@@ -4,7 +4,7 @@
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::{EPSILON, map};
 use glimpse_materials::Material;
-use glimpse_materials::basis::{Basis, Grid, NODE_HEADER};
+use glimpse_materials::basis::{BasisTable, Grid, NODE_HEADER};
 use nalgebra::{DMatrix, SymmetricEigen};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -173,7 +173,11 @@ fn products(values: &[f32], count: usize) -> Vec<f64> {
 /// Returns the leading principal components of the selected columns about their mean, scaled by their singular values.
 /// The number of components is at most the number of columns minus one.
 #[must_use]
-pub fn principal_components(columns: &Columns, selected: &[usize], components: usize) -> Basis {
+pub fn principal_components(
+    columns: &Columns,
+    selected: &[usize],
+    components: usize,
+) -> BasisTable {
     coefficients_of_columns(columns, selected, components).0
 }
 
@@ -183,7 +187,7 @@ pub(super) fn coefficients_of_columns(
     columns: &Columns,
     selected: &[usize],
     components: usize,
-) -> (Basis, Vec<f32>) {
+) -> (BasisTable, Vec<f32>) {
     let count = selected.len();
     let components = components.min(count.saturating_sub(1)).max(1);
     // The products of the centered columns follow from the products of the uncentered columns.
@@ -233,7 +237,7 @@ pub(super) fn coefficients_of_columns(
             // The mean of the mapped columns, and ln(median w + e). The values are l - ln(e).
             head.copy_from_slice(&[mean - median, median + EPSILON.ln() as f32]);
         });
-    (Basis::from_table(table, components), vectors)
+    (BasisTable::from_table(table, components), vectors)
 }
 
 /// Returns the median of the values, and reorders them.

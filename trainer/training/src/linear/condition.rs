@@ -2,7 +2,7 @@
 
 use glimpse_core::geometry::Angles;
 use glimpse_fitting::linear::ComponentsAt;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::sampling::uniform_valid;
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
@@ -22,7 +22,7 @@ const TRIES: usize = 64;
 /// The search starts from the best of several random patterns. Sweeps replace a sample with a random candidate if that
 /// reduces the condition number. The search ends when a sweep finds no improvement.
 #[must_use]
-pub fn min_condition_pattern(basis: &Basis, samples: usize, seed: u64) -> Vec<Angles<f32>> {
+pub fn min_condition_pattern(basis: &BasisTable, samples: usize, seed: u64) -> Vec<Angles<f32>> {
     let candidates = uniform_valid(CANDIDATES, seed);
     let rows: Vec<DVector<f64>> = ComponentsAt::new(basis, candidates.clone())
         .rows

@@ -5,7 +5,7 @@
 //! is core's [ridge](glimpse_core::fit::ridge) solve with two lists of precisions.
 
 use glimpse_materials::Material;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 
 use super::columns::{Columns, coefficients_of_columns};
@@ -17,7 +17,7 @@ const MIN_VARIANCE: f64 = 1e-4;
 /// Components at all directions, and the variances of their coefficients.
 pub struct GaussianPrior {
     /// The components, K.
-    pub basis: Basis,
+    pub basis: BasisTable,
     /// The variance of the mean of the channels, K. The mean itself is 0.
     pub mean_variance: Vec<f64>,
     /// The variance of a channel's difference from that mean, K.

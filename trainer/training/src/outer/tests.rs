@@ -11,25 +11,28 @@ const EPOCH: usize = 2;
 
 /// Runs two phases with scripted losses and a constant gradient of the pattern. The first phase has one sample, the second
 /// one two. Returns the best values, and the pattern of each step.
-fn run(losses: &[&[f32]; 2], mut observe: impl FnMut(&Progress) + Send) -> (Values, Vec<Vec<f32>>) {
+fn run(
+    losses: &[&[f32]; 2],
+    mut observe: impl FnMut(&TrainingProgress) + Send,
+) -> (MetaValues, Vec<Vec<f32>>) {
     let patterns = RefCell::new(Vec::new());
     let patterns = &patterns;
     let phase = |samples: usize| Phase {
         name: "pattern",
         samples,
-        start: Some(Box::new(move |mut values: Values| {
+        start: Some(Box::new(move |mut values: MetaValues| {
             values.pattern.resize(3 * samples, -1.0);
             values
         })),
-        gradient: Box::new(move |values: &Values, step| {
+        gradient: Box::new(move |values: &MetaValues, step| {
             patterns.borrow_mut().push(values.pattern.clone());
-            let gradient = Values {
+            let gradient = MetaValues {
                 pattern: vec![1.0; values.pattern.len()],
-                ..Values::default()
+                ..MetaValues::default()
             };
             (losses[step.phase_index][step.step], gradient)
         }),
-        selection: Selection::BestEpoch(EPOCH),
+        selection: Criterion::BestEpoch(EPOCH),
         steps: losses[0].len(),
         batch: 1,
         rates: Groups {
@@ -46,12 +49,12 @@ fn run(losses: &[&[f32]; 2], mut observe: impl FnMut(&Progress) + Send) -> (Valu
         options: 0,
         materials: 0,
     };
-    let mut observer = |progress: &Progress| {
+    let mut observer = |progress: &TrainingProgress| {
         observe(progress);
         ControlFlow::Continue(())
     };
     let mut session = Session::new(identity, None, &mut observer);
-    let values = session.run(Values::default(), &[phase(1), phase(2)], None);
+    let values = session.run(MetaValues::default(), &[phase(1), phase(2)], None);
     (values.unwrap(), patterns.take())
 }
 

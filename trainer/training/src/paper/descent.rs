@@ -13,12 +13,12 @@ use rayon::prelude::*;
 
 use super::objective::{InnerSamples, LossSamples, PaperObjective};
 use crate::initialization::random_initialization;
-use crate::outer::{OuterStep, Values, scaled_sum};
+use crate::outer::{MetaValues, OuterStep, scaled_sum};
 use crate::pattern::{Pattern, Reach};
 use crate::streams::RandomStreams;
 use crate::tasks::pool::WarpedPool;
 use crate::tasks::samples::WeightedSamples;
-use crate::tasks::task::Task;
+use crate::tasks::task::TrainingTask;
 
 /// The initial step size of all parameters.
 const INITIAL_STEP_SIZE: f32 = 1e-3;
@@ -55,7 +55,7 @@ fn measure<'p>(pool: &WarpedPool, material: usize, pattern: &'p Pattern) -> Weig
 }
 
 impl PaperObjective for DescentObjective<'_> {
-    fn initial_values(&self) -> Values {
+    fn initial_values(&self) -> MetaValues {
         let (initial, step_sizes) = match self.pretrained {
             Some(pretrained) => (pretrained.initial.clone(), pretrained.step_sizes.clone()),
             None => {
@@ -73,10 +73,10 @@ impl PaperObjective for DescentObjective<'_> {
 
     fn gradient(
         &self,
-        values: &Values,
+        values: &MetaValues,
         outer_step: OuterStep,
         samples: LossSamples,
-    ) -> (f32, Values) {
+    ) -> (f32, MetaValues) {
         let pattern = Reach::ANY.pattern(&values.pattern);
         let tasks = self.training.materials().len();
         let batch = self.streams.batch(outer_step, tasks);
@@ -87,13 +87,13 @@ impl PaperObjective for DescentObjective<'_> {
         scaled_sum(1.0 / batch.len() as f32, &gradients.collect::<Vec<_>>())
     }
 
-    fn expected_loss(&self, values: &Values) -> LossEstimate {
+    fn expected_loss(&self, values: &MetaValues) -> LossEstimate {
         let pattern = Reach::ANY.reachable_pattern(&values.pattern);
         let pool = self.validation;
         let losses = (0..pool.materials().len()).into_par_iter().map(|index| {
             let measured = measure(pool, index, &pattern);
             let parameters = (self.kernels.descend)(&self.inner_loop(values), &measured.octets());
-            let all = Task::plain(index, 0, pool.octet_count());
+            let all = TrainingTask::plain(index, 0, pool.octet_count());
             (self.kernels.loss)(&parameters, &all.samples(pool).octets())
         });
         LossEstimate::of(&losses.collect::<Vec<_>>())
@@ -117,7 +117,7 @@ impl DescentObjective<'_> {
         draws.min_by_key(dark).unwrap_or_default()
     }
 
-    fn inner_loop<'v>(&self, values: &'v Values) -> InnerLoop<'v, f32> {
+    fn inner_loop<'v>(&self, values: &'v MetaValues) -> InnerLoop<'v, f32> {
         InnerLoop {
             initial: &values.initial,
             step_sizes: &values.hyperparameters,
@@ -128,16 +128,16 @@ impl DescentObjective<'_> {
     fn task_gradient(
         &self,
         samples: LossSamples,
-        values: &Values,
+        values: &MetaValues,
         pattern: &Pattern,
         material: usize,
         random: &mut ChaCha8Rng,
-    ) -> (f32, Values) {
+    ) -> (f32, MetaValues) {
         let pool = self.training;
         let mut draw = |count| {
-            let task = Task {
+            let task = TrainingTask {
                 octets: pool.draw(count, random),
-                ..Task::plain(material, 0, 0)
+                ..TrainingTask::plain(material, 0, 0)
             };
             task.samples(pool)
         };

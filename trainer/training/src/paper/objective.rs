@@ -2,7 +2,7 @@
 
 use glimpse_fitting::recipe::expected_loss::LossEstimate;
 
-use crate::outer::{OuterStep, Values};
+use crate::outer::{MetaValues, OuterStep};
 
 /// The samples of the inner loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,17 +25,17 @@ pub struct LossSamples {
 /// A differentiable function of the meta-parameters of schedule paper, evaluated on batches of tasks.
 pub trait PaperObjective: Sync {
     /// Returns initial meta-parameters.
-    fn initial_values(&self) -> Values;
+    fn initial_values(&self) -> MetaValues;
 
     /// Returns the mean outer loss over a step's batch of tasks, and its gradient. The gradient includes the
     /// [barrier](crate::pattern::Pattern::barrier), the loss does not.
     fn gradient(
         &self,
-        values: &Values,
+        values: &MetaValues,
         outer_step: OuterStep,
         samples: LossSamples,
-    ) -> (f32, Values);
+    ) -> (f32, MetaValues);
 
     /// Returns the mean loss on the validation materials: an estimate for an unseen material.
-    fn expected_loss(&self, values: &Values) -> LossEstimate;
+    fn expected_loss(&self, values: &MetaValues) -> LossEstimate;
 }

@@ -7,7 +7,7 @@ use glimpse_optimizer::Groups;
 use rayon::prelude::*;
 
 use super::objective::{InnerSamples, LossSamples, PaperObjective};
-use crate::outer::{OuterStep, Phase, Selection, Start, Values};
+use crate::outer::{Criterion, MetaValues, OuterStep, Phase, Start};
 use crate::pattern::Reach;
 
 /// The number of random patterns of one sample; the best one starts stage 2.
@@ -44,7 +44,7 @@ pub(super) fn phases<'a>(
         samples,
         start,
         gradient: Box::new(move |values: &_, step| objective.gradient(values, step, loss_samples)),
-        selection: Selection::Last,
+        selection: Criterion::Last,
         steps: 10_000 / divisor * tasks,
         batch: 1,
         rates: Groups {
@@ -66,7 +66,7 @@ pub(super) fn phases<'a>(
         Phase {
             name: "pattern",
             samples,
-            selection: Selection::BestEpoch(tasks),
+            selection: Criterion::BestEpoch(tasks),
             steps: 500 / divisor * tasks,
             rates: Groups {
                 pattern: rate,
@@ -112,13 +112,13 @@ fn doubled(target: usize) -> impl Iterator<Item = usize> {
 /// Returns values with the random pattern of one sample that has the smallest mean loss over an epoch.
 fn best_random_pattern(
     objective: &dyn PaperObjective,
-    values: &Values,
+    values: &MetaValues,
     tasks: usize,
     seed: u64,
-) -> Values {
+) -> MetaValues {
     let candidates = (0..RANDOM_PATTERNS).into_par_iter().map(|index| {
         let pattern = uniform_valid(1, seed.wrapping_add((index as u64 + 1) << 32));
-        let values = Values {
+        let values = MetaValues {
             pattern: pattern
                 .into_iter()
                 .flat_map(|at| Reach::ANY.logits(at))
@@ -136,13 +136,13 @@ fn best_random_pattern(
         let barrier = Reach::ANY.pattern(&values.pattern).barrier();
         (losses.sum::<f32>() / tasks as f32 + barrier, values)
     });
-    let candidates: Vec<(f32, Values)> = candidates.collect();
+    let candidates: Vec<(f32, MetaValues)> = candidates.collect();
     let best = candidates.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
     best.map_or_else(|| values.clone(), |(_, values)| values)
 }
 
 /// Returns values with points of a Sobol sequence as additional samples.
-fn with_added_samples(mut values: Values, samples: usize, seed: u64) -> Values {
+fn with_added_samples(mut values: MetaValues, samples: usize, seed: u64) -> MetaValues {
     let existing = values.pattern.len() / 3;
     let added = sobol_valid(samples, seed as u32).into_iter().skip(existing);
     values
@@ -161,13 +161,13 @@ mod tests {
     struct FirstLogit;
 
     impl PaperObjective for FirstLogit {
-        fn initial_values(&self) -> Values {
-            Values::default()
+        fn initial_values(&self) -> MetaValues {
+            MetaValues::default()
         }
-        fn gradient(&self, values: &Values, _: OuterStep, _: LossSamples) -> (f32, Values) {
-            (values.pattern[0], Values::default())
+        fn gradient(&self, values: &MetaValues, _: OuterStep, _: LossSamples) -> (f32, MetaValues) {
+            (values.pattern[0], MetaValues::default())
         }
-        fn expected_loss(&self, _: &Values) -> LossEstimate {
+        fn expected_loss(&self, _: &MetaValues) -> LossEstimate {
             LossEstimate::of(&[])
         }
     }
@@ -196,12 +196,12 @@ mod tests {
         for parameters in [first, again] {
             assert_eq!((parameters.steps, parameters.samples), (800_000, 5));
             assert!(parameters.rates.initial > 0.0 && parameters.rates.pattern == 0.0);
-            assert!(matches!(parameters.selection, Selection::Last));
+            assert!(matches!(parameters.selection, Criterion::Last));
         }
         let samples: Vec<_> = patterns.iter().map(|phase| phase.samples).collect();
         assert_eq!(samples, [1, 2, 4, 5]);
         for phase in patterns.iter().chain([pattern_again]) {
-            assert!(matches!(phase.selection, Selection::BestEpoch(TASKS)));
+            assert!(matches!(phase.selection, Criterion::BestEpoch(TASKS)));
             assert_eq!(phase.steps, 500 * TASKS);
             assert!(phase.rates_at(0).pattern == 5e-4);
             // Meta and the paper's method share initial parameters and step sizes.
@@ -224,7 +224,7 @@ mod tests {
     fn pattern_starts_from_best_random_one_and_grows() {
         let phases = phases_of(Effort::Long, ModelKind::Linear, 2, TrainedParts::All);
         let start = |index: usize, values| phases[index].start.as_ref().map(|start| start(values));
-        let best = start(0, Values::default()).expect("random patterns");
+        let best = start(0, MetaValues::default()).expect("random patterns");
         let random = (1..=RANDOM_PATTERNS as u64).map(|index| {
             let angles = uniform_valid(1, index << 32);
             Reach::ANY.logits(angles[0])[0]

@@ -7,7 +7,7 @@ use glimpse_fitting::linear::ComponentsAt;
 use glimpse_fitting::recipe::expected_loss::LossEstimate;
 use glimpse_kernels::components::ComponentTable;
 use glimpse_materials::Material;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_optimizer::Groups;
 use rayon::prelude::*;
@@ -15,13 +15,13 @@ use rayon::prelude::*;
 use super::objective::{LossSamples, PaperObjective};
 use crate::correction::Correction;
 use crate::linear::{Columns, principal_components};
-use crate::outer::{OuterStep, Values, scaled_sum};
+use crate::outer::{MetaValues, OuterStep, scaled_sum};
 use crate::pattern::{Pattern, Reach};
 use crate::streams::RandomStreams;
 use crate::tasks::pool::WarpedPool;
-use crate::tasks::reading::Reading;
+use crate::tasks::reading::TaskReading;
 use crate::tasks::samples::uniform_weight;
-use crate::tasks::task::Task;
+use crate::tasks::task::TrainingTask;
 
 /// The number of folds.
 const FOLDS: usize = 5;
@@ -38,7 +38,7 @@ pub struct RidgeObjective {
 
 /// The basis of all materials outside a fold.
 struct Fold {
-    basis: Basis,
+    basis: BasisTable,
     /// The components at the pool.
     table: ComponentTable,
 }
@@ -86,12 +86,12 @@ impl RidgeObjective {
     }
 
     /// Fits a task, and returns its loss and the gradient with respect to the angles of each sample.
-    fn task_gradient(&self, pattern: &Pattern, task: &Task) -> (f32, Vec<[f32; 3]>) {
+    fn task_gradient(&self, pattern: &Pattern, task: &TrainingTask) -> (f32, Vec<[f32; 3]>) {
         let Fold { basis, table } = self.fold(task.material);
         let components = basis.components();
         let at = ComponentsAt::new(basis, pattern.angles.clone());
         let correction = Correction::new(at, components, &vec![self.eta; components]);
-        let readings = Reading::read_task(task, self.pool.materials(), 0, &correction.at);
+        let readings = TaskReading::read_task(task, self.pool.materials(), 0, &correction.at);
         // Without a net, all coefficients are 0 before the correction.
         let corrected = correction.correct(&readings, &task.present, &vec![0.0; 3 * components]);
         let mut by_coefficients = vec![0.0; 3 * components];
@@ -109,24 +109,24 @@ impl RidgeObjective {
 }
 
 impl PaperObjective for RidgeObjective {
-    fn initial_values(&self) -> Values {
-        Values::default()
+    fn initial_values(&self) -> MetaValues {
+        MetaValues::default()
     }
 
     fn gradient(
         &self,
-        values: &Values,
+        values: &MetaValues,
         outer_step: OuterStep,
         samples: LossSamples,
-    ) -> (f32, Values) {
+    ) -> (f32, MetaValues) {
         let pattern = Reach::ANY.pattern(&values.pattern);
         let batch = self.streams.batch(outer_step, self.pool.materials().len());
         let gradients = batch.par_iter().enumerate().map(|(slot, material)| {
             let mut random = self.streams.slot(outer_step, slot + 1);
-            let task = Task {
+            let task = TrainingTask {
                 octets: self.pool.draw(samples.outer, &mut random),
                 present: pattern.valid.clone(),
-                ..Task::plain(*material, 0, 0)
+                ..TrainingTask::plain(*material, 0, 0)
             };
             let (loss, by_angles) = self.task_gradient(&pattern, &task);
             let gradient = Groups {
@@ -139,12 +139,12 @@ impl PaperObjective for RidgeObjective {
     }
 
     /// No materials are held out: each is fitted with the basis of other folds.
-    fn expected_loss(&self, values: &Values) -> LossEstimate {
+    fn expected_loss(&self, values: &MetaValues) -> LossEstimate {
         let pattern = Reach::ANY.reachable_pattern(&values.pattern);
         let count = self.pool.materials().len();
         let losses = (0..count).into_par_iter().map(|material| {
             let (samples, octets) = (pattern.angles.len(), self.pool.octet_count());
-            let task = Task::plain(material, samples, octets);
+            let task = TrainingTask::plain(material, samples, octets);
             self.task_gradient(&pattern, &task).0
         });
         LossEstimate::of(&losses.collect::<Vec<_>>())

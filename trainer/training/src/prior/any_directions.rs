@@ -11,7 +11,7 @@ use glimpse_fitting::recipe::options::TrainingOptions;
 use glimpse_fitting::recipe::sections::Arena;
 use glimpse_kernels::completion::Shape;
 use glimpse_materials::Material;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -19,10 +19,10 @@ use super::dataset::{Dataset, Subset};
 use super::objective::PriorObjective;
 use super::train::phases;
 use crate::linear::GaussianPrior;
-use crate::outer::{Progress, Session};
+use crate::outer::{Session, TrainingProgress};
 use crate::result::{Learned, TrainError};
 use crate::tasks::material::TaskMaterial;
-use crate::tasks::task::{Dropout, Task};
+use crate::tasks::task::{Dropout, TrainingTask};
 
 /// The number of tasks. With other random ones, the loss on other materials changes by up to 10 %.
 const TASKS: usize = 256;
@@ -42,7 +42,7 @@ pub(crate) fn train_any<'a>(
     session: &mut Session<'_, '_>,
 ) -> Result<Learned<'a>, TrainError> {
     let mut begin_phase = |phase| {
-        let progress = Progress {
+        let progress = TrainingProgress {
             phase,
             samples: 0,
             done: 0,
@@ -61,11 +61,11 @@ pub(crate) fn train_any<'a>(
     let plain = (0..dataset.training_count.min(TASKS / 2)).map(|index| {
         // Of more materials, every second or third one.
         let material = index * dataset.training_count / dataset.training_count.min(TASKS / 2);
-        Task::plain(material, 0, 0)
+        TrainingTask::plain(material, 0, 0)
     });
-    let mut tasks: Vec<Task> = plain.collect();
+    let mut tasks: Vec<TrainingTask> = plain.collect();
     while tasks.len() < TASKS {
-        tasks.push(Task::random(
+        tasks.push(TrainingTask::random(
             &dataset.pool,
             &dataset.groups,
             &dataset.reading_options,
@@ -99,7 +99,7 @@ pub(crate) fn train_any<'a>(
     let mean_precision: Vec<f32> = precision(&mean_variance, NOISE_VARIANCE / 3.0);
     let difference_precision: Vec<f32> = precision(&difference_variance, NOISE_VARIANCE);
     let compact = to_compact_bytes(&basis, basis.components(), COMPACT_NODES);
-    let Ok(basis) = Basis::parse(&compact) else {
+    let Ok(basis) = BasisTable::parse(&compact) else {
         return Err(TrainError::TooFewMaterials);
     };
     let subset = Subset::new(&dataset, basis, &[]);

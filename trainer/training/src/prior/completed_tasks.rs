@@ -8,16 +8,16 @@ use glimpse_kernels::completion::{
 use glimpse_kernels::lanes::WIDTH;
 use glimpse_kernels::samples::SampleOctets;
 
-use super::dataset::{Directions, Subset};
+use super::dataset::{LossDirections, Subset};
 use super::hyperparameters::Hyperparameters;
-use super::refinement::{Refinement, RefinementGradient, RefinementInputs};
+use super::refinement::{GaussNewtonRefinement, RefinementGradient, RefinementInputs};
 use crate::correction::{Corrected, Correction};
-use crate::loss_predictor::Evidence;
-use crate::outer::Values;
+use crate::loss_predictor::LossEvidence;
+use crate::outer::MetaValues;
 use crate::pattern::Pattern;
-use crate::tasks::reading::Reading;
+use crate::tasks::reading::TaskReading;
 use crate::tasks::samples::{WeightedSamples, uniform_weight};
-use crate::tasks::task::Task;
+use crate::tasks::task::TrainingTask;
 
 /// The loss of a task, with its weight.
 #[derive(Clone, Copy)]
@@ -45,7 +45,7 @@ pub(super) fn weighted_mean(losses: &[WeightedLoss]) -> f32 {
 /// Meta-parameters, prepared for tasks.
 pub(super) struct Prepared<'v> {
     pub(super) subset: &'v Subset<'v>,
-    pub(super) values: &'v Values,
+    pub(super) values: &'v MetaValues,
     pub(super) weights: CompletionWeights<'v>,
     pub(super) hyperparameters: Hyperparameters,
     pub(super) pattern: Pattern,
@@ -59,7 +59,7 @@ impl<'v> Prepared<'v> {
     pub(super) fn new(
         subset: &'v Subset<'v>,
         shape: Shape,
-        values: &'v Values,
+        values: &'v MetaValues,
         pattern: Pattern,
         random_directions: Option<[&'v [f32]; 2]>,
     ) -> Self {
@@ -82,14 +82,14 @@ impl<'v> Prepared<'v> {
     }
 
     /// Simulates all readings of a task, including missing ones.
-    pub(super) fn read(&self, task: &Task) -> Vec<Reading> {
+    pub(super) fn read(&self, task: &TrainingTask) -> Vec<TaskReading> {
         let dataset = self.subset.dataset;
         let levels = dataset.reading_options.noise.levels;
-        Reading::read_task(task, &dataset.materials, levels, &self.correction.at)
+        TaskReading::read_task(task, &dataset.materials, levels, &self.correction.at)
     }
 
     /// Simulates all readings of tasks.
-    pub(super) fn read_all(&self, tasks: &[Task]) -> Vec<Vec<Reading>> {
+    pub(super) fn read_all(&self, tasks: &[TrainingTask]) -> Vec<Vec<TaskReading>> {
         tasks.iter().map(|task| self.read(task)).collect()
     }
 
@@ -103,8 +103,8 @@ impl<'v> Prepared<'v> {
 /// Tasks with completed coefficients.
 pub(super) struct CompletedTasks<'a> {
     pub(super) prepared: &'a Prepared<'a>,
-    pub(super) tasks: &'a [Task],
-    pub(super) readings: &'a [Vec<Reading>],
+    pub(super) tasks: &'a [TrainingTask],
+    pub(super) readings: &'a [Vec<TaskReading>],
     pub(super) batch: Batch,
     pub(super) present: Vec<Vec<bool>>,
     pub(super) corrected: Vec<Corrected>,
@@ -114,8 +114,8 @@ impl<'a> CompletedTasks<'a> {
     /// Computes the coefficients of tasks from their readings, and the outputs of the StartNet, if there is one.
     pub(super) fn new(
         prepared: &'a Prepared<'a>,
-        tasks: &'a [Task],
-        readings: &'a [Vec<Reading>],
+        tasks: &'a [TrainingTask],
+        readings: &'a [Vec<TaskReading>],
     ) -> Self {
         let present = tasks.iter().map(|task| {
             let present = task.present.iter().zip(&prepared.pattern.valid);
@@ -167,7 +167,7 @@ impl<'a> CompletedTasks<'a> {
         let at = &self.prepared.correction.at;
         let [mean, difference] = precision.map(|precision| bounded_precision(&at.rows, precision));
         let coefficients = self.readings.iter().map(|readings| {
-            let brdf = Reading::brdf(readings);
+            let brdf = TaskReading::brdf(readings);
             at.fit_channels([&mean, &difference], &brdf)
         });
         coefficients.map(Corrected::estimated).collect()
@@ -181,7 +181,7 @@ impl<'a> CompletedTasks<'a> {
         let mut initial = self.batch.offsets(index);
         add_scaled(&mut initial, 1.0, &prepared.values.initial);
         let directions = &prepared.pattern.octet_directions;
-        let brdf = Reading::brdf(&self.readings[index]);
+        let brdf = TaskReading::brdf(&self.readings[index]);
         Some(RefinementInputs {
             initial,
             hyperparameters,
@@ -196,8 +196,8 @@ impl<'a> CompletedTasks<'a> {
     pub(super) fn loss(
         &self,
         index: usize,
-        refinement: Option<Refinement>,
-        directions: &Directions<'_>,
+        refinement: Option<GaussNewtonRefinement>,
+        directions: &LossDirections<'_>,
     ) -> WeightedLoss {
         let task = &self.tasks[index];
         let values = task.values(directions.pool);
@@ -219,12 +219,16 @@ impl<'a> CompletedTasks<'a> {
     }
 
     /// Returns the innovation of a task's readings, and the mean residual of its fit at them.
-    pub(super) fn evidence(&self, index: usize, refinement: Option<Refinement>) -> Evidence {
+    pub(super) fn evidence(
+        &self,
+        index: usize,
+        refinement: Option<GaussNewtonRefinement>,
+    ) -> LossEvidence {
         let (present, corrected) = (&self.present[index], &self.corrected[index]);
         let refined = refinement.zip(self.inputs(index));
         let refined =
             refined.map(|(refinement, inputs)| refinement.loss(&inputs, &inputs.readings.octets()));
-        Evidence {
+        LossEvidence {
             innovation: corrected.innovation(present),
             residual: refined.unwrap_or_else(|| self.residual(index)),
         }
@@ -263,7 +267,7 @@ impl<'a> CompletedTasks<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct Terms {
     /// The refinement; None for the loss of the coefficients.
-    pub(super) refinement: Option<Refinement>,
+    pub(super) refinement: Option<GaussNewtonRefinement>,
     /// The weight of the loss before the refinement in the gradient. The weight of the loss after it is 1.
     pub(super) auxiliary_weight: f32,
 }
@@ -273,7 +277,7 @@ struct ChunkGradient<'a> {
     tasks: CompletedTasks<'a>,
     loss: f32,
     /// The gradient of all groups but the hyperparameters and the pattern.
-    values: Values,
+    values: MetaValues,
     hyperparameters: Hyperparameters,
     /// The gradient with respect to the angles of each sample; empty at random directions.
     angles: Vec<[f32; 3]>,
@@ -282,9 +286,9 @@ struct ChunkGradient<'a> {
 /// Returns the weighted sum of the losses of tasks, and its gradient. That of the pattern is with respect to the angles.
 pub(super) fn chunk_gradient(
     prepared: &Prepared<'_>,
-    tasks: &[Task],
+    tasks: &[TrainingTask],
     terms: Terms,
-) -> (f32, Values) {
+) -> (f32, MetaValues) {
     let readings = prepared.read_all(tasks);
     let mut sum = ChunkGradient {
         tasks: CompletedTasks::new(prepared, tasks, &readings),
@@ -311,7 +315,7 @@ impl ChunkGradient<'_> {
     /// coefficients, without that by way of the StartNet.
     fn add_task(&mut self, index: usize, terms: Terms) -> Vec<f32> {
         let prepared = self.tasks.prepared;
-        let Directions { pool, table } = &prepared.subset.training;
+        let LossDirections { pool, table } = &prepared.subset.training;
         let task = &self.tasks.tasks[index];
         let outer = task.samples(pool);
         let outer = outer.octets();

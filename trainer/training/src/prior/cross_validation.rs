@@ -7,11 +7,11 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::dataset::{Dataset, Directions};
+use super::dataset::{Dataset, LossDirections};
 use super::objective::PriorObjective;
-use crate::loss_predictor::{Evidence, HeldOutLoss, HeldOutOrigin};
-use crate::outer::Values;
-use crate::tasks::task::{Dropout, MaterialGroup, Task};
+use crate::loss_predictor::{HeldOutLoss, HeldOutOrigin, LossEvidence};
+use crate::outer::MetaValues;
+use crate::tasks::task::{Dropout, MaterialGroup, TrainingTask};
 
 /// The number of folds.
 pub(super) const FOLDS: usize = 4;
@@ -76,7 +76,7 @@ const MAX_PARTIAL_COUNTS: usize = 16;
 const PARTIAL_OCTET_STRIDE: usize = 4;
 
 /// The objective and the values of a run.
-type Trained<'t> = (&'t PriorObjective<'t>, &'t Values);
+type Trained<'t> = (&'t PriorObjective<'t>, &'t MetaValues);
 
 /// A fold, and the run without its materials.
 pub(super) struct TrainedFold<'t> {
@@ -146,7 +146,7 @@ impl<'t> HeldOut<'t> {
             *sum += measured.iter().map(|task| task.loss).sum::<f32>();
         }
         let factors = evidence_factors(&both);
-        let held_out = |tasks: &[Task], origin| -> Vec<HeldOutLoss> {
+        let held_out = |tasks: &[TrainingTask], origin| -> Vec<HeldOutLoss> {
             let directions = match origin {
                 HeldOutOrigin::Rough => &fold.subset.training,
                 _ => &fold.subset.validation,
@@ -159,7 +159,7 @@ impl<'t> HeldOut<'t> {
             let results = results.map(|((measured, coefficients), task)| HeldOutLoss {
                 material: task.material,
                 coefficients,
-                evidence: Evidence {
+                evidence: LossEvidence {
                     innovation: measured.evidence.innovation * factors.innovation,
                     residual: measured.evidence.residual * factors.residual,
                 },
@@ -184,7 +184,8 @@ impl<'t> HeldOut<'t> {
                 let tasks = fold
                     .plain_tasks(materials, PARTIAL_OCTET_STRIDE)
                     .into_iter();
-                let tasks: Vec<Task> = tasks.map(|task| task.ending_after(*count)).collect();
+                let tasks: Vec<TrainingTask> =
+                    tasks.map(|task| task.ending_after(*count)).collect();
                 losses.extend(held_out(&tasks, origin));
             }
         }
@@ -204,7 +205,7 @@ impl<'t> HeldOut<'t> {
 
     /// Draws augmented, rough tasks of a fold's materials and procedural classes, in equal shares. All readings are
     /// present.
-    fn rough_tasks(&self, trained: &TrainedFold<'_>) -> Vec<Task> {
+    fn rough_tasks(&self, trained: &TrainedFold<'_>) -> Vec<TrainingTask> {
         let held_out = [trained.materials, trained.classes].into_iter();
         let groups: Vec<&[usize]> = held_out.filter(|materials| !materials.is_empty()).collect();
         let groups: Vec<MaterialGroup> = groups
@@ -218,7 +219,7 @@ impl<'t> HeldOut<'t> {
         random.set_stream(u64::MAX - 1 - trained.index as u64);
         let samples = self.options.samples;
         let draw = |_| {
-            Task::random(
+            TrainingTask::random(
                 &self.dataset.pool,
                 &groups,
                 &self.dataset.reading_options,
@@ -236,14 +237,14 @@ impl<'t> HeldOut<'t> {
 /// The loss of a task, and the evidence of its readings.
 struct Measured {
     loss: f32,
-    evidence: Evidence,
+    evidence: LossEvidence,
 }
 
 /// Returns the losses of tasks at some directions, and the evidence of their readings.
 fn measure(
     (objective, values): Trained<'_>,
-    tasks: &[Task],
-    directions: &Directions<'_>,
+    tasks: &[TrainingTask],
+    directions: &LossDirections<'_>,
 ) -> Vec<Measured> {
     objective.map_tasks(values, tasks, |completed, index| Measured {
         loss: completed.loss(index, objective.refinement, directions).loss,
@@ -253,15 +254,15 @@ fn measure(
 
 /// Returns the factors between the evidence of the full run and that of a fold's shorter run: means of logarithms over
 /// materials that both runs train on. The evidence of held-out materials is multiplied by them.
-fn evidence_factors([full, fold]: &[Vec<Measured>; 2]) -> Evidence {
-    let mean = |list: &[Measured], value: fn(&Evidence) -> f32| {
+fn evidence_factors([full, fold]: &[Vec<Measured>; 2]) -> LossEvidence {
+    let mean = |list: &[Measured], value: fn(&LossEvidence) -> f32| {
         let sum: f32 = list.iter().map(|task| value(&task.evidence)).sum();
         sum / list.len().max(1) as f32
     };
     let factor = |value| (mean(full, value) - mean(fold, value)).exp();
-    Evidence {
-        innovation: factor(Evidence::log_innovation),
-        residual: factor(Evidence::log_residual),
+    LossEvidence {
+        innovation: factor(LossEvidence::log_innovation),
+        residual: factor(LossEvidence::log_residual),
     }
 }
 

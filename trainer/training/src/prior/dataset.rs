@@ -4,7 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use glimpse_fitting::recipe::options::TrainingOptions;
 use glimpse_kernels::components::ComponentTable;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::sampling::{sphere_view_samples, uniform_valid};
 use glimpse_materials::{Material, Procedural};
 use nalgebra::DMatrix;
@@ -140,7 +140,7 @@ fn pool_size(materials: usize, warps: usize) -> usize {
 }
 
 /// The directions of a loss, and the components at them.
-pub struct Directions<'d> {
+pub struct LossDirections<'d> {
     /// The materials at these directions.
     pub pool: &'d WarpedPool,
     /// The components at these directions.
@@ -152,11 +152,11 @@ pub struct Subset<'d> {
     /// The dataset.
     pub dataset: &'d Dataset,
     /// The principal components of the training materials of this subset.
-    pub basis: Basis,
+    pub basis: BasisTable,
     /// The directions of training.
-    pub training: Directions<'d>,
+    pub training: LossDirections<'d>,
     /// The directions of validation.
-    pub validation: Directions<'d>,
+    pub validation: LossDirections<'d>,
     /// The components at the directions of virtual readings.
     pub virtual_readings: VirtualReadings,
     /// The groups that tasks are drawn from.
@@ -181,9 +181,9 @@ impl<'d> Subset<'d> {
     }
 
     /// Creates a subset with all materials except `held_out`, and with principal components.
-    pub(super) fn new(dataset: &'d Dataset, basis: Basis, held_out: &[usize]) -> Self {
+    pub(super) fn new(dataset: &'d Dataset, basis: BasisTable, held_out: &[usize]) -> Self {
         let is_used = |index: &usize| !held_out.contains(index);
-        let directions = |pool: &'d WarpedPool| Directions {
+        let directions = |pool: &'d WarpedPool| LossDirections {
             pool,
             table: pool.components(&basis),
         };

@@ -15,18 +15,18 @@ use rayon::prelude::*;
 use super::completed_tasks::{
     CompletedTasks, Prepared, Terms, WeightedLoss, chunk_gradient, weighted_mean,
 };
-use super::dataset::{Directions, Subset};
+use super::dataset::{LossDirections, Subset};
 use super::hyperparameters::Hyperparameters;
 use super::initial_weights::initial_weights;
-use super::refinement::Refinement;
+use super::refinement::GaussNewtonRefinement;
 use super::sample_order::greedy_order;
 use crate::initialization::initial_guess;
-use crate::outer::{OuterStep, Values, scaled_sum};
+use crate::outer::{MetaValues, OuterStep, scaled_sum};
 use crate::pattern::{Pattern, Reach};
 use crate::scan_budget::Motion;
 use crate::streams::RandomStreams;
-use crate::tasks::reading::Reading;
-use crate::tasks::task::{Dropout, Task};
+use crate::tasks::reading::TaskReading;
+use crate::tasks::task::{Dropout, TrainingTask};
 
 /// The number of tasks that a thread processes together.
 const CHUNK: usize = 16;
@@ -62,7 +62,7 @@ pub struct PriorObjective<'a> {
     /// The random number streams.
     pub streams: RandomStreams,
     /// The refinement after the StartNet; None for the model Linear.
-    pub refinement: Option<Refinement>,
+    pub refinement: Option<GaussNewtonRefinement>,
     /// The weight of the loss before the refinement in the gradient. The weight of the loss after the refinement is 1.
     pub auxiliary_weight: f32,
     /// The directions that the pattern may have.
@@ -73,7 +73,7 @@ pub struct PriorObjective<'a> {
     /// CoefficientNet at a pattern: those of the channels' mean, and of the differences from it.
     pub random_directions: Option<[&'a [f32]; 2]>,
     /// The values of an earlier run, whose pattern and hyperparameters a run starts with; None draws a pattern per guess.
-    pub earlier: Option<&'a Values>,
+    pub earlier: Option<&'a MetaValues>,
 }
 
 /// The tasks of a step.
@@ -114,7 +114,7 @@ impl<'a> PriorObjective<'a> {
                 parameters,
             },
             streams: RandomStreams { seed: options.seed },
-            refinement: Refinement::of(options.model),
+            refinement: GaussNewtonRefinement::of(options.model),
             auxiliary_weight: AUXILIARY_WEIGHT,
             reach: Reach {
                 limits: options.limits(),
@@ -129,10 +129,11 @@ impl<'a> PriorObjective<'a> {
     /// Returns the model.
     #[must_use]
     pub fn model(&self) -> ModelKind {
-        self.refinement.map_or(ModelKind::Linear, Refinement::model)
+        self.refinement
+            .map_or(ModelKind::Linear, GaussNewtonRefinement::model)
     }
 
-    fn prepare<'v>(&'v self, values: &'v Values, pattern: Pattern) -> Prepared<'v> {
+    fn prepare<'v>(&'v self, values: &'v MetaValues, pattern: Pattern) -> Prepared<'v> {
         let Self { subset, shape, .. } = self;
         Prepared::new(subset, *shape, values, pattern, self.random_directions)
     }
@@ -140,14 +141,16 @@ impl<'a> PriorObjective<'a> {
     /// Returns initial meta-parameters. `guess` is the index of an independent initialization. The earlier run may have
     /// more components.
     #[must_use]
-    pub fn initial_values(&self, guess: u64) -> Values {
+    pub fn initial_values(&self, guess: u64) -> MetaValues {
         let mut random = ChaCha8Rng::seed_from_u64(self.streams.guess_seed(guess));
         let [coefficient_net, start_net] = initial_weights(self.shape, &mut random);
         let initial = self
             .refinement
             .map(|refinement| initial_guess(refinement.model(), &mut random));
         let hyperparameters = Hyperparameters {
-            steps: self.refinement.map(Refinement::initial_hyperparameters),
+            steps: self
+                .refinement
+                .map(GaussNewtonRefinement::initial_hyperparameters),
             precision: vec![INITIAL_PRECISION; self.subset.basis.components()],
         };
         let hyperparameters = hyperparameters.encode();
@@ -161,7 +164,7 @@ impl<'a> PriorObjective<'a> {
                 self.streams.initial_pattern(guess, self.shape.samples),
             ),
         };
-        let values = Values {
+        let values = MetaValues {
             hyperparameters,
             initial: initial.unwrap_or_default(),
             pattern,
@@ -170,7 +173,7 @@ impl<'a> PriorObjective<'a> {
         };
         match self.refinement {
             Some(refinement) if self.random_directions.is_some() => {
-                let loss = |values: &Values| self.gradient(values, RANDOM_STEP, RANDOM_TASKS).0;
+                let loss = |values: &MetaValues| self.gradient(values, RANDOM_STEP, RANDOM_TASKS).0;
                 refinement.choose_initial(values, &mut random, loss)
             }
             _ => values,
@@ -181,7 +184,7 @@ impl<'a> PriorObjective<'a> {
     pub(super) fn sections<'s>(
         &self,
         arena: &'s Arena,
-        values: &Values,
+        values: &MetaValues,
     ) -> Option<(Start<'s>, GaussNewton<'s>)> {
         let components = self.subset.basis.components();
         let steps = Hyperparameters::decode(&values.hyperparameters, components).steps?;
@@ -194,7 +197,7 @@ impl<'a> PriorObjective<'a> {
 
     /// Returns meta-parameters, or their moments, with the samples in another order, given as indices.
     #[must_use]
-    pub fn permute_samples(&self, mut values: Values, order: &[usize]) -> Values {
+    pub fn permute_samples(&self, mut values: MetaValues, order: &[usize]) -> MetaValues {
         permute(&mut values.pattern, 3, order);
         permute(&mut values.coefficient_net, 3 * self.shape.rows(), order);
         values
@@ -205,7 +208,7 @@ impl<'a> PriorObjective<'a> {
     ///
     /// With a budget for the time of a scan, the order is that of the path instead.
     #[must_use]
-    pub fn reorder_samples(&self, values: Values) -> Values {
+    pub fn reorder_samples(&self, values: MetaValues) -> MetaValues {
         let reading_options = &self.subset.dataset.reading_options;
         if reading_options.missing_share == 0.0 || self.motion.is_some() {
             return values;
@@ -213,7 +216,7 @@ impl<'a> PriorObjective<'a> {
         let prepared = self.prepare(&values, self.reach.reachable_pattern(&values.pattern));
         let mut tasks = self.plain_tasks(&self.subset.validation_materials, ORDER_OCTET_STRIDE);
         let readings = tasks.par_iter().map(|task| prepared.read(task));
-        let readings: Vec<Vec<Reading>> = readings.collect();
+        let readings: Vec<Vec<TaskReading>> = readings.collect();
         let order = greedy_order(self.shape.samples, |present| {
             for task in &mut tasks {
                 task.present.copy_from_slice(present);
@@ -236,7 +239,7 @@ impl<'a> PriorObjective<'a> {
     /// Returns meta-parameters with the best of several draws of initial parameters. The losses after the fit differ by a
     /// factor of two between draws of Neural; Phong and Cook-Torrance have a single draw.
     #[must_use]
-    pub fn choose_initial(&self, values: Values) -> Values {
+    pub fn choose_initial(&self, values: MetaValues) -> MetaValues {
         let Some(refinement) = self.refinement else {
             return values;
         };
@@ -257,10 +260,10 @@ impl<'a> PriorObjective<'a> {
     #[must_use]
     pub fn gradient(
         &self,
-        values: &Values,
+        values: &MetaValues,
         outer_step: OuterStep,
         options: StepOptions,
-    ) -> (f32, Values) {
+    ) -> (f32, MetaValues) {
         let terms = Terms {
             refinement: self.refinement.filter(|_| options.is_refined),
             auxiliary_weight: self.auxiliary_weight,
@@ -281,7 +284,7 @@ impl<'a> PriorObjective<'a> {
             let random = &mut self.streams.slot(outer_step, slot + 1);
             self.draw_task(self.shape.samples, options, random)
         });
-        let tasks: Vec<Task> = tasks.collect();
+        let tasks: Vec<TrainingTask> = tasks.collect();
         let chunks = tasks.par_chunks(CHUNK);
         let chunks = chunks.map(|tasks| chunk_gradient(&prepared, tasks, terms));
         let (loss, mut gradient) = scaled_sum(share, &chunks.collect::<Vec<_>>());
@@ -292,8 +295,13 @@ impl<'a> PriorObjective<'a> {
         (loss, gradient)
     }
 
-    fn draw_task(&self, samples: usize, options: StepOptions, random: &mut ChaCha8Rng) -> Task {
-        Task::random(
+    fn draw_task(
+        &self,
+        samples: usize,
+        options: StepOptions,
+        random: &mut ChaCha8Rng,
+    ) -> TrainingTask {
+        TrainingTask::random(
             &self.subset.dataset.pool,
             &self.subset.groups,
             &self.subset.dataset.reading_options,
@@ -309,7 +317,7 @@ impl<'a> PriorObjective<'a> {
         count: usize,
         options: StepOptions,
         random: &mut ChaCha8Rng,
-    ) -> (Pattern, Vec<Task>) {
+    ) -> (Pattern, Vec<TrainingTask>) {
         let [min, max] = RANDOM_READINGS;
         let samples = (min * (max / min).powf(random.random())) as usize;
         let pattern = Pattern::new(&Reach::ANY, uniform_valid(samples, random.random()));
@@ -321,8 +329,8 @@ impl<'a> PriorObjective<'a> {
     /// Calls a function for each task, with the chunk of tasks that contains it and the index there.
     pub(super) fn map_tasks<T: Send>(
         &self,
-        values: &Values,
-        tasks: &[Task],
+        values: &MetaValues,
+        tasks: &[TrainingTask],
         function: impl Fn(&CompletedTasks<'_>, usize) -> T + Sync,
     ) -> Vec<T> {
         let prepared = self.prepare(values, self.reach.reachable_pattern(&values.pattern));
@@ -338,10 +346,10 @@ impl<'a> PriorObjective<'a> {
     /// Returns the unweighted loss and the weight of each task at some directions.
     fn losses(
         &self,
-        values: &Values,
-        tasks: &[Task],
-        refinement: Option<Refinement>,
-        directions: &Directions<'_>,
+        values: &MetaValues,
+        tasks: &[TrainingTask],
+        refinement: Option<GaussNewtonRefinement>,
+        directions: &LossDirections<'_>,
     ) -> Vec<WeightedLoss> {
         self.map_tasks(values, tasks, |completed, index| {
             completed.loss(index, refinement, directions)
@@ -351,7 +359,7 @@ impl<'a> PriorObjective<'a> {
     /// Returns the weighted mean loss of the completed coefficients on the validation materials, by which the best pattern
     /// is selected: the StartNet is trained only after the search. It is larger for patterns beyond a budget.
     #[must_use]
-    pub fn selection_loss(&self, values: &Values) -> f32 {
+    pub fn selection_loss(&self, values: &MetaValues) -> f32 {
         let motion = self.motion.as_ref();
         let factor = motion.map_or(1.0, |motion| motion.selection_factor(&values.pattern));
         let tasks = self.plain_tasks(&self.subset.validation_materials, 1);
@@ -361,18 +369,18 @@ impl<'a> PriorObjective<'a> {
     /// Returns the unweighted mean loss on the validation materials. For a fold they are unseen; otherwise they are the
     /// training materials at other directions.
     #[must_use]
-    pub fn expected_loss(&self, values: &Values) -> LossEstimate {
+    pub fn expected_loss(&self, values: &MetaValues) -> LossEstimate {
         let tasks = self.plain_tasks(&self.subset.validation_materials, 1);
         let losses = self.losses(values, &tasks, self.refinement, &self.subset.validation);
         LossEstimate::of(&losses.iter().map(|task| task.loss).collect::<Vec<_>>())
     }
 
     /// Returns tasks without augmentation, at every `stride`-th octet of validation directions.
-    pub(super) fn plain_tasks(&self, materials: &[usize], stride: usize) -> Vec<Task> {
+    pub(super) fn plain_tasks(&self, materials: &[usize], stride: usize) -> Vec<TrainingTask> {
         let octets = self.subset.validation.pool.octet_count();
-        let plain = |material: &usize| Task {
+        let plain = |material: &usize| TrainingTask {
             octets: (0..octets as u32).step_by(stride).collect(),
-            ..Task::plain(*material, self.shape.samples, 0)
+            ..TrainingTask::plain(*material, self.shape.samples, 0)
         };
         materials.iter().map(plain).collect()
     }

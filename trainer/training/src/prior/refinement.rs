@@ -11,13 +11,13 @@ use glimpse_kernels::gauss_newton::{FitGradient, GaussNewton, OctetAdjoint};
 use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, SampleOctets, transpose_rgb};
 use glimpse_kernels::{Dual, ModelKernels};
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::sampling::{sobol_valid, sphere_view_samples};
 use rand_chacha::ChaCha8Rng;
 
 use super::hyperparameters::StepParameters;
 use crate::initialization::initial_guess;
-use crate::outer::Values;
+use crate::outer::MetaValues;
 use crate::tasks::samples::WeightedSamples;
 
 /// The number of Gauss-Newton steps.
@@ -51,7 +51,7 @@ pub struct VirtualValues {
 impl VirtualReadings {
     /// Evaluates the components of a basis at `count` directions, rounded up to whole octets.
     #[must_use]
-    pub fn new(basis: &Basis, count: usize) -> Self {
+    pub fn new(basis: &BasisTable, count: usize) -> Self {
         let count = count.next_multiple_of(WIDTH);
         let on_sphere = (SPHERE_SHARE * count as f32) as usize;
         let mut angles = sobol_valid(count - on_sphere, SEED);
@@ -187,9 +187,9 @@ impl RefinementInputs<'_> {
 
 /// The refinement for a model.
 #[derive(Clone, Copy)]
-pub struct Refinement(&'static ModelKernels);
+pub struct GaussNewtonRefinement(&'static ModelKernels);
 
-impl Refinement {
+impl GaussNewtonRefinement {
     /// Returns the refinement for a model; None for Linear.
     #[must_use]
     pub fn of(model: ModelKind) -> Option<Self> {
@@ -214,10 +214,10 @@ impl Refinement {
     /// Returns meta-parameters with the best initial parameters: those of `values`, or one of several draws.
     pub(super) fn choose_initial(
         self,
-        mut values: Values,
+        mut values: MetaValues,
         random: &mut ChaCha8Rng,
-        loss: impl Fn(&Values) -> f32,
-    ) -> Values {
+        loss: impl Fn(&MetaValues) -> f32,
+    ) -> MetaValues {
         let (mut min_loss, mut best) = (f32::INFINITY, values.initial.clone());
         for draw in 0..INITIAL_DRAWS {
             if draw > 0 {
@@ -325,15 +325,16 @@ mod tests {
     /// Draws with loss NaN are not chosen, not even the first one.
     #[test]
     fn initial_parameters_have_the_smallest_loss() {
-        let refinement = Refinement::of(ModelKind::Neural).expect("Neural has parameters");
+        let refinement =
+            GaussNewtonRefinement::of(ModelKind::Neural).expect("Neural has parameters");
         let (first, seen) = (vec![7.0], Cell::new(0));
-        let values = Values {
+        let values = MetaValues {
             initial: first.clone(),
-            ..Values::default()
+            ..MetaValues::default()
         };
         let chosen = |losses: [f32; 4]| {
             seen.set(0);
-            let loss = |_: &Values| {
+            let loss = |_: &MetaValues| {
                 let loss = losses.get(seen.get()).copied().unwrap_or(9.0);
                 seen.set(seen.get() + 1);
                 loss

@@ -9,7 +9,7 @@ use glimpse_fitting::recipe::expected_loss::{LossEstimate, ValidatedLoss, Valida
 use glimpse_fitting::recipe::options::{Effort, TrainingOptions};
 use glimpse_fitting::recipe::sections::Arena;
 use glimpse_materials::Material;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_optimizer::Groups;
 
 use super::cross_validation::{FOLDS, Fold, HeldOut, TrainedFold, folds};
@@ -17,7 +17,7 @@ use super::dataset::{Dataset, Subset};
 use super::hyperparameters::Hyperparameters;
 use super::objective::{COMPONENTS, OUTER_SAMPLES, PriorObjective, RANDOM_TASKS, StepOptions};
 use crate::loss_predictor::{HeldOutLoss, LossPredictor};
-use crate::outer::{Gradient, PathOfSamples, Phase, Selection, Session, Start};
+use crate::outer::{Criterion, Gradient, PathOfSamples, Phase, Session, Start};
 use crate::result::{Learned, TrainError};
 use crate::tasks::reading::LOG_SCALE;
 use crate::tasks::task::Dropout;
@@ -88,7 +88,7 @@ pub(crate) fn train<'a>(
     let hyperparameters = Hyperparameters::decode(&values.hyperparameters, all.basis.components());
     let refinement = objective.sections(arena, &values);
     let basis = refinement.is_none().then_some(&all.basis);
-    let checksum = basis.map_or(0, Basis::checksum);
+    let checksum = basis.map_or(0, BasisTable::checksum);
     let at = ComponentsAt::new(&all.basis, pattern.clone());
     Ok(Learned {
         pattern,
@@ -208,7 +208,7 @@ fn pattern_search<'a>(
         samples: objective.shape.samples,
         start,
         gradient: gradient(objective, Dropout::Any, false),
-        selection: Selection::BestValidation(Box::new(|values| objective.selection_loss(values))),
+        selection: Criterion::BestValidation(Box::new(|values| objective.selection_loss(values))),
         steps,
         batch: 32,
         rates: Groups {
@@ -234,7 +234,7 @@ fn coefficient_net<'a>(
     Phase {
         name: "coefficient network",
         gradient: gradient(objective, Dropout::TailOrFew, false),
-        selection: Selection::Last,
+        selection: Criterion::Last,
         final_rate_ratio: 0.01,
         initial_allowance: 1.3,
         ..pattern_search(objective, steps, start)

@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_fitting::linear::AngleDual;
+use glimpse_kernels::AngleDual;
 use glimpse_materials::{Brdf, BrdfWithDerivative, Material, angles_of};
 
 use super::highlight_warp::HighlightWarp;
 use super::reading::{evaluate_warped, field_factor, mix_channel};
-use super::task::Task;
+use super::task::TrainingTask;
 
 /// The augmented material of a task, without noise.
 pub(crate) struct TaskMaterial {
     /// The task.
-    pub task: Task,
+    pub task: TrainingTask,
     /// The materials.
     pub materials: Arc<[Box<dyn Material>]>,
 }
@@ -31,7 +31,7 @@ impl TaskMaterial {
         angles: Angles<f32>,
         own: &BrdfWithDerivative,
         partner: &BrdfWithDerivative,
-    ) -> [AngleDual; 3] {
+    ) -> [AngleDual<f32>; 3] {
         let field = field_factor(&self.task, angles);
         std::array::from_fn(|channel| mix_channel(&self.task, channel, own, Some(partner)) * field)
     }

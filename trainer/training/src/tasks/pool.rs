@@ -12,7 +12,7 @@ use glimpse_kernels::components::{ComponentTable, HEADER_OCTETS};
 use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, transpose_rgb};
 use glimpse_materials::Material;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -144,7 +144,7 @@ impl WarpedPool {
 
     /// Returns the principal components at the directions.
     #[must_use]
-    pub fn components(&self, basis: &Basis) -> ComponentTable {
+    pub fn components(&self, basis: &BasisTable) -> ComponentTable {
         let components = basis.components();
         let octets = self.angles.par_chunks(WIDTH).flat_map_iter(|angles| {
             let at = ComponentsAt::new(basis, angles.to_vec());

@@ -3,32 +3,33 @@
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::EPSILON;
 use glimpse_core::numeric::Scalar;
-use glimpse_fitting::linear::{AngleDual, ComponentsAt};
+use glimpse_fitting::linear::ComponentsAt;
+use glimpse_kernels::AngleDual;
 use glimpse_kernels::Dual;
 use glimpse_materials::{BrdfWithDerivative, Material, quantize};
 
 use super::highlight_warp::HighlightWarp;
 use super::pool::field_terms;
-use super::task::Task;
+use super::task::TrainingTask;
 
 /// The scale of centered logarithms.
 pub const LOG_SCALE: f32 = 0.5;
 
 /// The reading of one sample.
-pub struct Reading {
+pub struct TaskReading {
     /// The BRDF, sr⁻¹, including noise.
     pub brdf: [f32; 3],
     /// The derivatives of the BRDF of each channel with respect to the angles of the sample.
     pub slopes: [[f32; 3]; 3],
     /// The inputs of the CoefficientNet, with derivatives with respect to the angles of the sample.
-    pub standardized: [AngleDual; 3],
+    pub standardized: [AngleDual<f32>; 3],
 }
 
-impl Reading {
+impl TaskReading {
     /// Simulates the reading of each sample of a task, by a sensor with a number of `levels`; 0 without quantization.
     #[must_use]
     pub fn read_task(
-        task: &Task,
+        task: &TrainingTask,
         materials: &[Box<dyn Material>],
         levels: u32,
         at: &ComponentsAt,
@@ -98,7 +99,7 @@ pub(super) fn evaluate_warped(
 }
 
 /// Returns the factor of the smooth field.
-pub(super) fn field_factor(task: &Task, angles: Angles<f32>) -> AngleDual {
+pub(super) fn field_factor(task: &TrainingTask, angles: Angles<f32>) -> AngleDual<f32> {
     if !task.has_field() {
         return Dual::from_value(1.0);
     }
@@ -106,18 +107,20 @@ pub(super) fn field_factor(task: &Task, angles: Angles<f32>) -> AngleDual {
     let terms = field_terms(&direction).into_iter().zip(task.field);
     let sum = terms.fold(
         Dual::from_value(0.0),
-        |sum: AngleDual, (function, coefficient)| sum + function * Dual::from_value(coefficient),
+        |sum: AngleDual<f32>, (function, coefficient)| {
+            sum + function * Dual::from_value(coefficient)
+        },
     );
     sum.exp()
 }
 
 /// Returns a channel of a material, filtered and mixed with a partner.
 pub(super) fn mix_channel(
-    task: &Task,
+    task: &TrainingTask,
     channel: usize,
     own: &BrdfWithDerivative,
     partner: Option<&BrdfWithDerivative>,
-) -> AngleDual {
+) -> AngleDual<f32> {
     let (brdf, derivatives) = own;
     let source = task.channels[channel];
     let share = task.shares[channel];

@@ -110,7 +110,7 @@ fn draw_present(
 
 /// A training task.
 #[derive(Clone, Debug)]
-pub struct Task {
+pub struct TrainingTask {
     /// The index of the material.
     pub material: usize,
     /// The source channel of each channel.
@@ -170,7 +170,7 @@ impl Roughness {
     }
 }
 
-impl Task {
+impl TrainingTask {
     /// Creates a task without augmentation, noise or missing readings. The loss is evaluated at all pool directions.
     #[must_use]
     pub fn plain(material: usize, samples: usize, octets: usize) -> Self {

@@ -7,7 +7,9 @@ use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_fitting::recipe::options::{Effort, Schedule, TrainingOptions};
-use glimpse_fitting::route::{LimitArgs, Machine, Order, Route, SpeedArgs, arms_in_degrees, stops};
+use glimpse_fitting::route::{
+    LimitArgs, Order, Route, SpeedArgs, TimedMachine, arms_in_degrees, stops,
+};
 use glimpse_training::pattern::Reach;
 use glimpse_training::run::train;
 use glimpse_training::scan_budget::{Motion, ScanBudgetError};
@@ -20,12 +22,12 @@ const SPEEDS: [f64; 4] = [10.0, 15.0, 8.0, 12.0];
 /// The number of samples of a path.
 const SAMPLES: usize = 6;
 
-fn machine(settle: f64, limits: Limits) -> Machine {
-    Machine {
+fn machine(settle: f64, limits: Limits) -> TimedMachine {
+    TimedMachine {
         speeds: Arms::from_array(SPEEDS),
         settle,
         limits,
-        ..Machine::default()
+        ..TimedMachine::default()
     }
 }
 

@@ -7,7 +7,7 @@ use glimpse_core::model::{Model, Neural};
 use glimpse_gradcheck::parameters;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, NeuralBrdf, Procedural};
-use glimpse_training::outer::{Observer, Values};
+use glimpse_training::outer::{MetaValues, StepObserver};
 use glimpse_training::run::TrainError;
 use glimpse_training::tasks::pool::WarpedPool;
 use rand::Rng;
@@ -41,7 +41,7 @@ pub(crate) fn pool(materials: Vec<Box<dyn Material>>, size: usize, seed: u64) ->
 }
 
 /// Returns the bits of all numbers.
-pub(crate) fn bits(values: &Values) -> Vec<u32> {
+pub(crate) fn bits(values: &MetaValues) -> Vec<u32> {
     let numbers = values.each().into_iter().flatten();
     numbers.map(|number| number.to_bits()).collect()
 }
@@ -50,8 +50,8 @@ pub(crate) fn bits(values: &Values) -> Vec<u32> {
 /// number of groups with a gradient.
 pub(crate) fn assert_gradient_matches_loss(
     name: &str,
-    values: &Values,
-    gradient: impl Fn(&Values) -> (f32, Values),
+    values: &MetaValues,
+    gradient: impl Fn(&MetaValues) -> (f32, MetaValues),
 ) -> usize {
     /// The largest change of a value. Gauss-Newton steps have a large curvature; changes of 1e-4 are lost in single
     /// precision.
@@ -85,7 +85,7 @@ pub(crate) fn assert_gradient_matches_loss(
 
 /// Returns the bits of each step's loss, and of the learned values.
 pub(crate) fn run_bits(
-    run: impl FnOnce(&mut Observer<'_>) -> Result<Values, TrainError>,
+    run: impl FnOnce(&mut StepObserver<'_>) -> Result<MetaValues, TrainError>,
 ) -> Vec<u32> {
     let mut all = Vec::new();
     let values = run(&mut |progress| {

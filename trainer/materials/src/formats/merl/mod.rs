@@ -24,10 +24,11 @@ use self::table::{
     AXES, CHANNELS, FILE_BYTES, Form, HEADER_BYTES, MAX_UNMEASURED, NODES, NODES_PER_CHANNEL,
     Unmeasured, check, measured_values, node_angles, nodes_above_horizon,
 };
-use crate::basis::{AngleDual, split_duals};
+use crate::basis::split_duals;
 use crate::error::{Defect, map_file};
 use crate::interpolation::corners;
 use crate::{Brdf, BrdfWithDerivative, Coverage, Material, NotFinite, SourceError};
+use glimpse_kernels::AngleDual;
 
 /// Scale factors from stored values to the BRDF, in red, green and blue.
 const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];

@@ -36,11 +36,12 @@ use self::sample_point::unit_theta;
 use self::tensor_file::{FINITE, NOT_NEGATIVE, TensorFile, UNSIGNED_8, check_values};
 use glimpse_kernels::dual::RealScalar;
 
-use crate::basis::{AngleDual, finite_f32, split_duals};
+use crate::basis::{finite_f32, split_duals};
 use crate::error::{Defect, ensure, map_file};
 use crate::interpolation::Position;
 use crate::spectrum::Viewing;
 use crate::{Brdf, BrdfWithDerivative, Coverage, Material, SourceError};
+use glimpse_kernels::AngleDual;
 
 /// A material from a measurement of the RGL database.
 ///

@@ -11,7 +11,7 @@ use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_evaluation::conversion::{Encoded, OutputFormat, encode};
 use glimpse_fitting::choice::Choice;
-use glimpse_fitting::measurement::{NamedRecipe, Report};
+use glimpse_fitting::measurement::{FitReport, NamedRecipe};
 use glimpse_materials::{FittedMaterial, Material};
 use options::{ReadingArgs, ViewingArgs};
 use pictures::pictures;
@@ -142,7 +142,7 @@ impl Fit {
             let viewing = self.viewing.viewing(&rows)?;
             let fit = self.readings.fit(&given, rows, self.keep_all)?;
             let formats = self.formats(&fit.material, seed)?;
-            fits.push((Report::new(&fit, viewing), fit, formats));
+            fits.push((FitReport::new(&fit, viewing), fit, formats));
         }
 
         let _lock = Lock::of_folder(&self.out)?;

@@ -6,8 +6,8 @@ use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_core::gonio::Footprint;
 use glimpse_fitting::measurement::{
-    AngleArgs, CountCalibration, Fit, LargerSpot, Multiple, NamedRecipe, ReadingQuantity, Readings,
-    Rows,
+    AngleArgs, CountCalibration, LargerSpot, MaterialFit, Multiple, NamedRecipe, ReadingQuantity,
+    ReadingRows, Readings,
 };
 use glimpse_materials::{Illuminant, Observer, Viewing};
 
@@ -69,22 +69,22 @@ impl ReadingArgs {
     }
 
     /// Reads a file of readings.
-    pub(crate) fn rows(&self, path: &Path) -> anyhow::Result<Rows> {
-        Ok(Rows::read(path, &self.angles)?)
+    pub(crate) fn rows(&self, path: &Path) -> anyhow::Result<ReadingRows> {
+        Ok(ReadingRows::read(path, &self.angles)?)
     }
 
     /// Fits the rows of a file. The material has its name.
     pub(crate) fn fit(
         &self,
         given: &NamedRecipe,
-        rows: Rows,
+        rows: ReadingRows,
         keep_all: bool,
-    ) -> anyhow::Result<Fit> {
+    ) -> anyhow::Result<MaterialFit> {
         let (path, name) = (rows.path.display().to_string(), rows.path.file_stem());
         let name = name.unwrap_or_default().to_string_lossy().into_owned();
         let quantity = self.quantity(&rows)?;
         let readings = Readings::new(given, rows, quantity)?;
-        let fit = Fit::new(readings, name, keep_all).with_context(|| path.clone())?;
+        let fit = MaterialFit::new(readings, name, keep_all).with_context(|| path.clone())?;
         if !self.accept_implausible {
             fit.check_plausible().with_context(|| {
                 format!(
@@ -97,7 +97,7 @@ impl ReadingArgs {
     }
 
     /// Returns the quantity of these options, or else that of the file. Reads the file of --white.
-    fn quantity(&self, rows: &Rows) -> anyhow::Result<ReadingQuantity> {
+    fn quantity(&self, rows: &ReadingRows) -> anyhow::Result<ReadingQuantity> {
         if let Some(white) = &self.white {
             return Ok(ReadingQuantity::Counts(CountCalibration {
                 dark: self.dark,
@@ -119,7 +119,7 @@ impl ViewingArgs {
     ///
     /// # Errors
     /// If an option was given, but the rows have no bands.
-    pub(super) fn viewing(&self, rows: &Rows) -> anyhow::Result<Viewing> {
+    pub(super) fn viewing(&self, rows: &ReadingRows) -> anyhow::Result<Viewing> {
         let is_given = self.illuminant.is_some() || self.observer.is_some();
         ensure!(
             !is_given || !rows.wavelengths.is_empty(),

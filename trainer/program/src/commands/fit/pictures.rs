@@ -4,7 +4,9 @@ use std::path::Path;
 
 use glimpse_evaluation::evaluation::SPHERE_SIZE;
 use glimpse_evaluation::render::render_sphere;
-use glimpse_fitting::measurement::{Fit, MaterialFiles, Report, SpectrumReading, SpectrumReport};
+use glimpse_fitting::measurement::{
+    FitReport, MaterialFiles, MaterialFit, SpectrumReading, SpectrumReport,
+};
 use glimpse_materials::{Material, angles_of};
 
 use crate::report::{Axis, Lobe, Plot, Scale, Series, lobe_directions, lobe_svg, luminance};
@@ -16,7 +18,11 @@ const LOBE_THETA_I: [f32; 3] = [15.0, 45.0, 75.0];
 const MAX_PLOTTED: usize = 7;
 
 /// Returns sphere.png, lobe.svg and, with bands, bands.svg.
-pub(super) fn pictures(fit: &Fit, report: &Report, folder: &Path) -> anyhow::Result<MaterialFiles> {
+pub(super) fn pictures(
+    fit: &MaterialFit,
+    report: &FitReport,
+    folder: &Path,
+) -> anyhow::Result<MaterialFiles> {
     let sphere = render_sphere(&fit.material as &dyn Material, SPHERE_SIZE);
     let mut files = vec![
         (folder.join("sphere.png"), sphere.tone_map().to_png()?),
@@ -28,7 +34,7 @@ pub(super) fn pictures(fit: &Fit, report: &Report, folder: &Path) -> anyhow::Res
     Ok(files)
 }
 
-fn lobes(fit: &Fit) -> String {
+fn lobes(fit: &MaterialFit) -> String {
     let material = &fit.material;
     let lobes = LOBE_THETA_I.map(|degrees| {
         let theta_i = degrees.to_radians();

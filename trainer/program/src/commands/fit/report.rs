@@ -1,6 +1,6 @@
 //! The report on a fit for `--json` and the terminal.
 
-use glimpse_fitting::measurement::{Report, SpectrumReport};
+use glimpse_fitting::measurement::{FitReport, SpectrumReport};
 use serde::Serialize;
 
 use super::super::formats::WrittenFormat;
@@ -32,7 +32,7 @@ pub(super) struct ReportEntry<'a> {
     /// The files of --format.
     pub(super) formats: Vec<WrittenFormat>,
     #[serde(flatten)]
-    pub(super) report: Report,
+    pub(super) report: FitReport,
     /// The reason that the given recipe does not fit the readings.
     #[serde(skip)]
     pub(super) off_pattern: Option<String>,
@@ -44,7 +44,7 @@ pub(super) struct ReportEntry<'a> {
 impl ReportEntry<'_> {
     /// Formats the report for the terminal.
     pub(super) fn to_text(&self) -> anyhow::Result<String> {
-        let Report {
+        let FitReport {
             recipe,
             measured,
             readings,

@@ -9,7 +9,8 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::Degradation;
 use glimpse_fitting::measurement::{
-    AngleArgs, Multiple, NamedRecipe, ReadingQuantity, Readings, Rows, SampleReading, Selection,
+    AngleArgs, Multiple, NamedRecipe, ReadingQuantity, ReadingRows, Readings, SampleReading,
+    Selection,
 };
 use glimpse_fitting::route::MachineArgs;
 use glimpse_kernels::scan::scan_with_missing;
@@ -193,7 +194,7 @@ type Measured = (NamedRecipe, Vec<Option<[f32; 3]>>, Option<Angles<f32>>);
 /// Returns the recipe that fits readings from a lab, and those that `trainer fit` would use. If they are not those of
 /// the recipe's pattern, there is a direction to read next.
 fn measured(given: &NamedRecipe, file: &Path) -> anyhow::Result<Measured> {
-    let rows = Rows::read(file, &AngleArgs::default())?;
+    let rows = ReadingRows::read(file, &AngleArgs::default())?;
     let readings = Readings::new(given, rows, ReadingQuantity::of(Multiple::Brdf))?;
     let Selection {
         readings,

@@ -5,8 +5,8 @@ use std::f64::consts::FRAC_PI_2;
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
 use glimpse_fitting::measurement::{
-    AngleArgs, AngleConvention, AngleUnit, AngularDistance, Fit, FitFailure, LabReading, Multiple,
-    NamedRecipe, ReadingQuantity, Readings, Rows,
+    AngleArgs, AngleConvention, AngleUnit, AngularDistance, FitFailure, LabReading, MaterialFit,
+    Multiple, NamedRecipe, ReadingQuantity, ReadingRows, Readings,
 };
 use glimpse_fitting::recipe::RecipeDefect;
 use glimpse_fitting::route::arms_in_degrees;
@@ -87,7 +87,7 @@ fn million_directions_are_refused_at_once() {
         numbers: vec![0.1; 3],
         ..LabReading::default()
     };
-    let rows = Rows::from_array("a.csv", Vec::new(), (0..1_000_000).map(reading).collect());
+    let rows = ReadingRows::from_array("a.csv", Vec::new(), (0..1_000_000).map(reading).collect());
     let any = NamedRecipe::any(ModelKind::Linear);
     let refused = Readings::new(&any, rows, ReadingQuantity::of(Multiple::Brdf));
     assert_names(&error_message(refused), &["4096"]);
@@ -102,6 +102,6 @@ fn bands_are_refused_before_the_fit() {
         rows("index,400nm,500nm\n0,0.1,0.2\n", &AngleArgs::default()).expect("the file is read");
     let quantity = ReadingQuantity::of(Multiple::Brdf);
     let readings = Readings::new(&given, rows, quantity).expect("valid readings");
-    let failure = Fit::new(readings, "a".to_owned(), false).expect_err("a failure");
+    let failure = MaterialFit::new(readings, "a".to_owned(), false).expect_err("a failure");
     assert_eq!(failure, FitFailure::Bands(ModelKind::CookTorrance));
 }

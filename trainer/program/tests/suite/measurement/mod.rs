@@ -11,8 +11,8 @@ use std::path::PathBuf;
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
 use glimpse_fitting::measurement::{
-    AngleArgs, Multiple, NamedRecipe, Outliers, ReadingQuantity, Readings, Rows, SampleReading,
-    TableError,
+    AngleArgs, Multiple, NamedRecipe, Outliers, ReadingQuantity, ReadingRows, Readings,
+    SampleReading, TableError,
 };
 use glimpse_fitting::recipe::RecipeFile;
 
@@ -48,11 +48,11 @@ fn find_outliers(
 }
 
 /// Reads a file with this text.
-pub(crate) fn rows(text: &str, args: &AngleArgs) -> Result<Rows, TableError> {
+pub(crate) fn rows(text: &str, args: &AngleArgs) -> Result<ReadingRows, TableError> {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let path = scratch.path().join("a.csv");
     std::fs::write(&path, text).expect("the file is written");
-    Rows::read(&path, args)
+    ReadingRows::read(&path, args)
 }
 
 /// Reads readings at [`pattern`] from a file with this text.

@@ -8,7 +8,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::{self, EPSILON};
 use glimpse_fitting::linear::{COMPACT_NODES, ComponentsAt, to_compact_bytes, to_host_bytes};
 use glimpse_materials::Brdf;
-use glimpse_materials::basis::{Basis, BasisError};
+use glimpse_materials::basis::{BasisError, BasisTable};
 use glimpse_materials::sampling::uniform_valid;
 
 use super::{MATERIALS, basis};
@@ -21,7 +21,7 @@ const HEADER_BYTES: usize = 14 + 16 + 4 * COMPONENTS;
 /// The number of bytes of a node.
 const NODE_BYTES: usize = 4 + COMPONENTS;
 
-static TABLE: LazyLock<Basis> = LazyLock::new(|| basis(COMPONENTS));
+static TABLE: LazyLock<BasisTable> = LazyLock::new(|| basis(COMPONENTS));
 static COMPACT: LazyLock<Vec<u8>> =
     LazyLock::new(|| to_compact_bytes(&TABLE, COMPONENTS, COMPACT_NODES));
 static HOST: LazyLock<Vec<u8>> = LazyLock::new(|| to_host_bytes(&TABLE));
@@ -79,7 +79,7 @@ fn files_approximate_table() {
 /// Asserts that host and device compute the same BRDF from a compact basis.
 fn assert_host_matches_device(compact: &[u8], values: &[f32]) {
     let device = linear::Basis::parse(compact).expect("the bytes are a basis");
-    let basis = Basis::parse(compact).expect("the bytes are a basis");
+    let basis = BasisTable::parse(compact).expect("the bytes are a basis");
     let mut channels = values.chunks(basis.components());
     let channels = [(); 3].map(|()| channels.next().expect("three channels"));
     let host = basis.reconstruct(values).expect("3 m values");
@@ -102,7 +102,7 @@ fn assert_host_matches_device(compact: &[u8], values: &[f32]) {
 #[test]
 fn host_evaluates_compact_basis_like_device() {
     assert_host_matches_device(&COMPACT, &coefficients(2));
-    let components = Basis::parse(BUNDLED)
+    let components = BasisTable::parse(BUNDLED)
         .expect("the bytes are a basis")
         .components();
     assert_eq!(components, 24);
@@ -116,7 +116,7 @@ fn host_evaluates_compact_basis_like_device() {
 /// Tests that the integral of the derivatives along a line equals the difference of the values at its ends.
 #[test]
 fn compact_basis_derivatives_integrate_to_differences() {
-    let basis = Basis::parse(&COMPACT).expect("the bytes are a basis");
+    let basis = BasisTable::parse(&COMPACT).expect("the bytes are a basis");
     let host = basis.reconstruct(&coefficients(2)).expect("3 m values");
     let [from, to] = [[0.1_f32, 0.2, 0.4], [0.5, 0.6, 1.9]];
     let position = |fraction: f32| {
@@ -172,14 +172,14 @@ fn file_is_read_by_the_checksum_of_its_table() {
     let checksum = TABLE.checksum();
     for bytes in [&HOST, &COMPACT] {
         fs::write(&path, &**bytes).expect("the file is written");
-        let read = Basis::read(&path, checksum).expect("the file is a basis");
+        let read = BasisTable::read(&path, checksum).expect("the file is a basis");
         assert_eq!((read.file(), read.checksum()), (&bytes[..], checksum));
         assert_eq!(read.components(), COMPONENTS);
     }
     // A compact basis of a host's file belongs to the same recipes.
-    let host = Basis::parse(&HOST).expect("the bytes are a basis");
+    let host = BasisTable::parse(&HOST).expect("the bytes are a basis");
     let compact = to_compact_bytes(&host, 3, COMPACT_NODES);
-    assert!(Basis::parse_for(&compact, checksum).is_ok_and(|basis| basis.components() == 3));
+    assert!(BasisTable::parse_for(&compact, checksum).is_ok_and(|basis| basis.components() == 3));
 
     let mut damaged = HOST.clone();
     damaged[1000] ^= 1;
@@ -190,11 +190,11 @@ fn file_is_read_by_the_checksum_of_its_table() {
         (&Vec::new(), checksum),
     ] {
         fs::write(&path, bytes).expect("the file is written");
-        let error = Basis::read(&path, checksum).expect_err("the file is invalid");
+        let error = BasisTable::read(&path, checksum).expect_err("the file is invalid");
         assert!(matches!(&error, BasisError::Damaged { path: at, .. } if *at == path));
     }
     for path in [scratch.path().join("none.basis"), scratch.path().into()] {
-        let error = Basis::read(&path, checksum).expect_err("the path is not a file");
+        let error = BasisTable::read(&path, checksum).expect_err("the path is not a file");
         assert!(matches!(&error, BasisError::Read { path: at, .. } if *at == path));
     }
 }

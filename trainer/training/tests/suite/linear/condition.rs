@@ -2,7 +2,7 @@
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_fitting::linear::ComponentsAt;
-use glimpse_materials::basis::Basis;
+use glimpse_materials::basis::BasisTable;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_training::linear::min_condition_pattern;
 use nalgebra::DMatrix;
@@ -11,7 +11,7 @@ use super::basis;
 use crate::support::assert_independent_of_threads;
 
 /// Returns the condition number of a reduced basis.
-fn condition(basis: &Basis, pattern: &[Angles<f32>]) -> f64 {
+fn condition(basis: &BasisTable, pattern: &[Angles<f32>]) -> f64 {
     let at = ComponentsAt::new(basis, pattern.to_vec());
     let rows: Vec<f64> = at.rows.iter().copied().map(f64::from).collect();
     let (samples, components) = (pattern.len(), basis.components());

@@ -8,7 +8,7 @@ mod grid;
 
 use std::sync::LazyLock;
 
-use glimpse_materials::basis::{Basis, Grid};
+use glimpse_materials::basis::{BasisTable, Grid};
 use glimpse_materials::{Material, Procedural};
 use glimpse_training::linear::{Columns, principal_components};
 use rand::SeedableRng;
@@ -36,14 +36,14 @@ pub(crate) static MATERIALS: LazyLock<TestMaterials> = LazyLock::new(|| {
 });
 
 /// Computes a basis of all columns with the given number of components.
-pub(crate) fn basis(components: usize) -> Basis {
+pub(crate) fn basis(components: usize) -> BasisTable {
     let all: Vec<usize> = (0..MATERIALS.columns.count()).collect();
     principal_components(&MATERIALS.columns, &all, components)
 }
 
 /// Returns the table of a basis. The row of a node holds the mean minus the median of the columns, the median plus ln e,
 /// and the components.
-pub(crate) fn rows(basis: &Basis) -> Vec<Vec<f64>> {
+pub(crate) fn rows(basis: &BasisTable) -> Vec<Vec<f64>> {
     let row = |node| basis.row(node).iter().copied().map(f64::from).collect();
     (0..Grid::LEN).map(row).collect()
 }

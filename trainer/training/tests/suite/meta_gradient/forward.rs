@@ -5,11 +5,11 @@ use std::ops::Range;
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{CookTorrance, Model, Neural, Phong, Sample, SampleGradient};
-use glimpse_core::numeric::Scalar;
+use glimpse_core::numeric::{Real, Scalar};
 use glimpse_gradcheck::cases::{Variables, cook_torrance, neural, phong, sample, variables};
 use glimpse_gradcheck::{Forward, compare};
 use glimpse_kernels::gauss_newton::{FitGradient, GaussNewton, ReadingAdjoint};
-use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient, Real, SampleList};
+use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient, SampleList};
 use glimpse_materials::sampling::uniform_valid;
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRunner};

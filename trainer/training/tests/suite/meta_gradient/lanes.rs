@@ -11,7 +11,7 @@ use glimpse_training::initialization::initial_guess;
 use glimpse_training::pattern::{Pattern, Reach};
 use glimpse_training::tasks::pool::WarpedPool;
 use glimpse_training::tasks::samples::WeightedSamples;
-use glimpse_training::tasks::task::Task;
+use glimpse_training::tasks::task::TrainingTask;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -64,9 +64,9 @@ impl Setting {
 
     /// Draws samples of a material.
     fn draw(&mut self, count: usize) -> WeightedSamples<'static> {
-        let task = Task {
+        let task = TrainingTask {
             octets: self.pool.draw(count, &mut self.random),
-            ..Task::plain(2, 0, 0)
+            ..TrainingTask::plain(2, 0, 0)
         };
         task.samples(&self.pool)
     }

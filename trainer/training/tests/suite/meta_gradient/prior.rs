@@ -16,11 +16,11 @@ use glimpse_fitting::recipe::options::{Effort, Schedule, TrainingOptions};
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape, complete};
 use glimpse_kernels::scan::scan_with_missing;
 use glimpse_materials::{Brdf, Procedural};
-use glimpse_training::outer::{Checkpoints, Observer, OuterStep, Phase, Session, Values};
+use glimpse_training::outer::{Checkpoints, MetaValues, OuterStep, Phase, Session, StepObserver};
 use glimpse_training::pattern::Reach;
 use glimpse_training::prior::dataset::{Dataset, Subset};
 use glimpse_training::prior::objective::{PriorObjective, StepOptions};
-use glimpse_training::prior::refinement::Refinement;
+use glimpse_training::prior::refinement::GaussNewtonRefinement;
 use glimpse_training::prior::train::phases;
 use glimpse_training::run::{TrainError, train};
 use glimpse_training::streams::RandomStreams;
@@ -72,7 +72,7 @@ fn with_reach<T>(
     let groups = vec![group(0..8, 0.7), group(8..12, 0.3)];
     let dataset = Dataset::new(procedural(12, 3), 8, groups, reading_options, 512, 5);
     let subset = Subset::without(&dataset, 6, &[]);
-    let refinement = Refinement::of(model);
+    let refinement = GaussNewtonRefinement::of(model);
     let objective = PriorObjective {
         subset: &subset,
         shape: Shape {
@@ -94,7 +94,7 @@ fn with_reach<T>(
 }
 
 /// Moves all samples closer to the normal, within the limits of the arms.
-fn move_toward_normal(values: &mut Values) {
+fn move_toward_normal(values: &mut MetaValues) {
     for logits in values.pattern.chunks_mut(3) {
         logits[0] -= 1.0;
         logits[1] -= 1.0;
@@ -194,7 +194,7 @@ fn reordering_samples_preserves_the_loss() {
         move_toward_normal(&mut values);
         let ordered = objective.reorder_samples(values.clone());
         assert_ne!(ordered.pattern, values.pattern);
-        let sorted_samples = |values: &Values| {
+        let sorted_samples = |values: &MetaValues| {
             let mut samples: Vec<[u32; 3]> = values
                 .pattern
                 .as_chunks()
@@ -221,8 +221,8 @@ fn run_phases(
     objective: &PriorObjective<'_>,
     phases: &[Phase<'_>],
     checkpoints: Option<&Checkpoints>,
-    observer: &mut Observer<'_>,
-) -> Result<Values, TrainError> {
+    observer: &mut StepObserver<'_>,
+) -> Result<MetaValues, TrainError> {
     let options = TrainingOptions::new(
         objective.model(),
         SAMPLES,

@@ -7,7 +7,7 @@ use glimpse_fitting::recipe::options::TrainingOptions;
 use glimpse_materials::Material;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_training::linear::{Columns, principal_components};
-use glimpse_training::outer::{OuterStep, Values};
+use glimpse_training::outer::{MetaValues, OuterStep};
 use glimpse_training::paper::objective::{InnerSamples, LossSamples, PaperObjective};
 use glimpse_training::paper::ridge::RidgeObjective;
 use glimpse_training::pattern::Reach;
@@ -38,15 +38,15 @@ fn objective() -> RidgeObjective {
 }
 
 /// Returns a pattern near the normal, where all samples are valid.
-fn values(samples: usize) -> Values {
+fn values(samples: usize) -> MetaValues {
     let mut pattern = RandomStreams { seed: SEED }.initial_pattern(0, samples);
     for logits in pattern.chunks_mut(3) {
         logits[0] -= 1.0;
         logits[1] -= 1.0;
     }
-    Values {
+    MetaValues {
         pattern,
-        ..Values::default()
+        ..MetaValues::default()
     }
 }
 
@@ -55,7 +55,7 @@ fn gradient_matches_loss() {
     let objective = objective();
     // Fewer samples than components, and more.
     for samples in [3, 8] {
-        let gradient = |values: &Values| objective.gradient(values, STEP, SAMPLES);
+        let gradient = |values: &MetaValues| objective.gradient(values, STEP, SAMPLES);
         let groups = assert_gradient_matches_loss("linear", &values(samples), gradient);
         assert_eq!(groups, 1);
     }
@@ -132,9 +132,9 @@ fn gradient_without_valid_samples_is_the_barrier() {
         theta_d: 1.5,
         phi_d: 0.1,
     };
-    let values = Values {
+    let values = MetaValues {
         pattern: Reach::ANY.logits(below_horizon).to_vec(),
-        ..Values::default()
+        ..MetaValues::default()
     };
     let (loss, gradient) = objective().gradient(&values, STEP, SAMPLES);
     assert!(loss.is_finite() && loss > 0.0, "{loss}");
