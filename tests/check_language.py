@@ -28,7 +28,9 @@ HOMES = {
     "Prior": r"(fitting|training)/src/(linear|prior)/",
     "Schedule": r"fitting/src/recipe/",
 }
-TYPE = re.compile(r"^(?P<public>pub )?(?:pub\(\w+\) )?(?:struct|enum|union|trait|type) (?P<name>\w+)", re.M)
+# Also the sections of recipes, which core's macro `section` defines.
+TYPE = re.compile(r"^(?P<public>pub |    (?=\w+<'a> = \d+, \"))?(?:pub\(\w+\) )?"
+                  r"(?:struct |enum |union |trait |type |(?<=^    ))(?P<name>\w+)", re.M)
 
 # A comment line, a block comment, a string literal or a character literal of Rust and C.
 CODE = re.compile(r'//[/!]?(?P<line>[^\n]*)|/\*(?P<block>.*?)\*/|"(?P<string>(?:\\.|[^"\\])*)"|' r"'(?:\\.|[^'\\])'", re.S)

@@ -1,6 +1,6 @@
 //! Materials for virtual scanners.
 
-use glimpse_fitting::recipe::Noise;
+use glimpse_fitting::recipe::ReadingNoise;
 use glimpse_fitting::scanner::VirtualScanner;
 use glimpse_materials::{Material, Procedural};
 
@@ -13,5 +13,5 @@ pub fn unseen_material(index: usize) -> Procedural {
 /// Returns a virtual scanner without noise.
 #[must_use]
 pub fn noiseless_scanner(material: &dyn Material) -> VirtualScanner<'_> {
-    VirtualScanner::new(Some(material), Noise::default(), 0)
+    VirtualScanner::new(Some(material), ReadingNoise::default(), 0)
 }

@@ -16,6 +16,7 @@ macro_rules! by_math {
 mod basis;
 #[cfg(feature = "libm")]
 mod belief;
+mod checksum;
 mod documents;
 mod driver;
 mod estimator;

@@ -2,7 +2,7 @@
 
 use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::{Evaluator, Method};
-use glimpse_fitting::recipe::Noise;
+use glimpse_fitting::recipe::ReadingNoise;
 use glimpse_fitting::scanner::VirtualScanner;
 use glimpse_materials::Material;
 use glimpse_tests::device::assert_matches_host;
@@ -16,9 +16,9 @@ fn consecutive_scans_agree_with_host_and_evaluate() {
     let recipe = Recipe::parse(RECIPE).unwrap();
     for (index, deviation) in [(0, 0.0), (1, 0.0), (2, 0.04)] {
         let material = unseen_material(index);
-        let noise = Noise {
+        let noise = ReadingNoise {
             multiplicative: deviation,
-            ..Noise::default()
+            ..ReadingNoise::default()
         };
         let report = VirtualScanner::new(Some(&material), noise, 1)
             .serve(&mut emulator.serial)

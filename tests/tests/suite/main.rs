@@ -12,7 +12,7 @@ use glimpse_core::link::{PROTOCOL, Purpose, Reply, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Evidence;
-use glimpse_fitting::recipe::Noise;
+use glimpse_fitting::recipe::ReadingNoise;
 use glimpse_fitting::scanner::{ScanReport, ScannerError, VirtualScanner, angles_of};
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Brdf, FittedMaterial, Material, Procedural};
@@ -102,7 +102,7 @@ fn device_receives_brdf_and_host_receives_fit() {
 #[test]
 fn listener_receives_the_fit_of_a_device_that_measures() {
     let (device, mut host) = start_device(Host::Listens);
-    let mut scanner = VirtualScanner::new(None, Noise::default(), 0);
+    let mut scanner = VirtualScanner::new(None, ReadingNoise::default(), 0);
     let report = scanner.serve(&mut host).unwrap();
     device.join().unwrap().unwrap();
     assert!(report.readings.is_empty());

@@ -22,7 +22,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use crate::measurement::{MaterialFiles, material_files};
-use crate::recipe::Noise;
+use crate::recipe::ReadingNoise;
 
 /// An error that aborts a scan. The next scan may succeed.
 #[derive(Debug, thiserror::Error)]
@@ -164,7 +164,7 @@ impl ScanState {
 /// A virtual scanner that measures one material, or only receives the results of devices that measure themselves.
 pub struct VirtualScanner<'a> {
     material: Option<&'a dyn Material>,
-    noise: Noise,
+    noise: ReadingNoise,
     /// The seed of the noise.
     seed: u64,
     end: HostEnd,
@@ -177,7 +177,7 @@ impl<'a> VirtualScanner<'a> {
     /// Creates a scanner that measures `material` with noise that depends on a seed, or without a material a host of devices
     /// that measure themselves.
     #[must_use]
-    pub fn new(material: Option<&'a dyn Material>, noise: Noise, seed: u64) -> Self {
+    pub fn new(material: Option<&'a dyn Material>, noise: ReadingNoise, seed: u64) -> Self {
         Self {
             material,
             noise,

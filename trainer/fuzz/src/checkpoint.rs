@@ -7,7 +7,7 @@ use std::fs;
 
 use glimpse_core::checksum::crc_32;
 use glimpse_fitting::recipe::identity::RunIdentity;
-use glimpse_training::checkpoint::Checkpoint;
+use glimpse_training::checkpoint::TrainingState;
 
 use crate::support::{Folder, accepted};
 
@@ -32,12 +32,13 @@ pub(crate) fn check(input: &[u8]) {
     }
     let folder = Folder::new();
     let path = folder.write(NAME, &bytes);
-    let read = || accepted(Checkpoint::read(&path, &RUN), NAME).map(|read| read.expect("a file"));
+    let read =
+        || accepted(TrainingState::read(&path, &RUN), NAME).map(|read| read.expect("a file"));
     let Some(checkpoint) = read() else {
         return;
     };
     assert_eq!(checkpoint.identity, RUN);
-    let rewrite = |checkpoint: Checkpoint| {
+    let rewrite = |checkpoint: TrainingState| {
         checkpoint.write(&path).expect("the file is written");
         fs::read(&path).expect("the file exists")
     };

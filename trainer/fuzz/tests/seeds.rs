@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glimpse_core_fuzz::seeds::check_all;
 use glimpse_fuzz::checkpoint::RUN;
-use glimpse_training::checkpoint::Checkpoint;
+use glimpse_training::checkpoint::TrainingState;
 
 #[test]
 fn all_seeds_pass() {
@@ -24,6 +24,6 @@ fn valid_checkpoint_is_accepted() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("checkpoint.bin");
     fs::write(&path, &seed[2..]).expect("room in the temporary folder");
-    let checkpoint = Checkpoint::read(&path, &RUN).expect("a valid checkpoint");
+    let checkpoint = TrainingState::read(&path, &RUN).expect("a valid checkpoint");
     assert!(checkpoint.is_some());
 }

@@ -60,7 +60,7 @@ pub trait ReadingList<M: Model, R: Real> {
 
 /// Gauss-Newton steps from initial parameters.
 #[derive(Clone, Copy, Debug)]
-pub struct GaussNewton<'a, R> {
+pub struct GaussNewtonSteps<'a, R> {
     /// theta_0, a list in the model's order.
     pub initial: &'a [R],
     /// The precision of each active parameter of a system.
@@ -97,7 +97,7 @@ fn active<M: Model, R: Real>(parameters: &[R]) -> Vec<R> {
         .collect()
 }
 
-impl<R: Real> GaussNewton<'_, R> {
+impl<R: Real> GaussNewtonSteps<'_, R> {
     /// Returns the fitted parameters, and the steps.
     pub fn fit<M: Model>(
         &self,

@@ -6,7 +6,7 @@ use glimpse_core::model::{CookTorrance, Model, ModelKind, Neural, Phong, Sample,
 use crate::brdf::{self, BrdfWithDerivative};
 use crate::crew::Crew;
 use crate::dual::Dual;
-use crate::gauss_newton::{FitGradient, GaussNewton, OctetAdjoint, Step};
+use crate::gauss_newton::{FitGradient, GaussNewtonSteps, OctetAdjoint, Step};
 use crate::inner_loop::{InnerLoop, MetaGradient, SampleList, set};
 use crate::lanes::Octet;
 use crate::parallel::{SharedList, chunks};
@@ -43,11 +43,11 @@ pub struct ModelKernels {
         &SampleOctets<'_>,
         Option<&mut [SampleGradient<Octet>]>,
     ) -> MetaGradient<f32>,
-    /// Calls [`GaussNewton::fit`].
-    pub take_steps: fn(&GaussNewton<'_, f32>, &SampleOctets<'_>) -> (Vec<f32>, Vec<Step<f32>>),
-    /// Calls [`GaussNewton::adjoint`].
+    /// Calls [`GaussNewtonSteps::fit`].
+    pub take_steps: fn(&GaussNewtonSteps<'_, f32>, &SampleOctets<'_>) -> (Vec<f32>, Vec<Step<f32>>),
+    /// Calls [`GaussNewtonSteps::adjoint`].
     pub steps_adjoint: fn(
-        &GaussNewton<'_, f32>,
+        &GaussNewtonSteps<'_, f32>,
         &[Step<f32>],
         &SampleOctets<'_>,
         &mut FitGradient<f32>,

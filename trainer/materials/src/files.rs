@@ -4,6 +4,9 @@ use std::fs::{self, OpenOptions};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
+/// The first letters of the names of temporary files.
+const UNFINISHED: &str = ".unfinished-";
+
 /// Writes a file atomically: a reader sees either the complete old content or the complete new content.
 ///
 /// The bytes go to a temporary file in the same directory, which then takes the name and the permissions of the old
@@ -11,13 +14,13 @@ use std::path::{Path, PathBuf};
 ///
 /// # Errors
 /// If the operating system cannot write the file, the file is read-only, or its directory does not exist. The temporary
-/// file is then removed.
+/// file is then removed; only a killed process leaves it, and [`is_unfinished`] finds it.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let Some(path) = replaced_file(path)? else {
         return OpenOptions::new().append(true).open(path)?.write_all(bytes);
     };
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".unfinished-");
+    builder.prefix(UNFINISHED);
     // By default, only the owner can read a temporary file. This one becomes an ordinary file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
@@ -29,6 +32,13 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
     file.as_file().sync_all()?;
     file.persist(&path)?;
     Ok(())
+}
+
+/// Returns true for the temporary file of a [`write_atomic`].
+#[must_use]
+pub fn is_unfinished(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default();
+    name.to_string_lossy().starts_with(UNFINISHED)
 }
 
 /// Checks that a file can be created or replaced, before a long computation. Pipes and devices are not checked.

@@ -10,7 +10,7 @@ use glimpse_kernels::inner_loop::InnerLoop;
 use glimpse_materials::sampling::sobol_valid;
 use glimpse_materials::{Brdf, Procedural};
 use glimpse_training::initialization::initial_guess;
-use glimpse_training::pattern::{Pattern, Reach};
+use glimpse_training::pattern::{Reach, SamplePattern};
 use glimpse_training::run::INNER_STEPS;
 use glimpse_training::tasks::samples::{SampledMaterial, WeightedSamples};
 use rand::SeedableRng;
@@ -73,7 +73,7 @@ impl Work {
         let step_sizes = vec![1e-3; initial.len()];
         let material = Procedural::set(1, SEED).remove(0);
         let pool = SampledMaterial::new(&material, POOL_SIZE, SEED);
-        let pattern = Pattern::new(&Reach::ANY, sobol_valid(PATTERN_SIZE, SEED as u32));
+        let pattern = SamplePattern::new(&Reach::ANY, sobol_valid(PATTERN_SIZE, SEED as u32));
         let samples = if self.is_pattern {
             let brdf = pattern.angles.iter().map(|at| material.at_angles(*at));
             let brdf: Vec<[f32; 3]> = brdf.collect();

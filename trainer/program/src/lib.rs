@@ -4,7 +4,8 @@
 //! compiles while the libraries below it are still being optimized.
 //!
 //! - `output`: output files
-//! - `progress`: training with progress bars
+//! - `progress`: progress bars, and Ctrl-C
+//! - `training`: trainings that write recipes
 //! - `report`: tables, plots, pages
 //! - `benchmark`: timing of the computations that dominate training
 //! - `experiment`: the paper's tables and figures
@@ -16,6 +17,7 @@ mod experiment;
 mod output;
 mod progress;
 mod report;
+mod training;
 
 use std::io::Write;
 use std::process::ExitCode;

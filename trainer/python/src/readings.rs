@@ -88,15 +88,16 @@ impl<'py> ReadingArgs<'py> {
         for (name, value) in &self.0 {
             let name: String = name.extract()?;
             let reason = match &*name {
-                _ if value.is_none() => continue,
                 "saturated" | "noise" | "wavelengths" => "the file of readings states it",
                 "quantity" => "the readings are counts with white",
-                "white_directions" | "footprint" | "dark" | "saturation" => {
+                "white_directions" | "footprint" | "dark" | "white_reflectance" | "saturation" => {
                     "it requires white, the counts of a white reference"
                 }
                 _ => return unexpected("fit", &name),
             };
-            return reject(format!("{name} has no effect: {reason}"));
+            if !value.is_none() {
+                return reject(format!("{name} has no effect: {reason}"));
+            }
         }
         Ok(())
     }

@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 
 use glimpse_fitting::recipe::options::{Effort, Schedule, TrainingOptions};
 use glimpse_fitting::route::MachineArgs;
-use glimpse_training::checkpoint::Checkpoint;
+use glimpse_training::checkpoint::TrainingState;
 use glimpse_training::outer::{self, Checkpoints};
 use glimpse_training::run::{check, train as meta_train};
 use pyo3::prelude::*;
@@ -122,7 +122,7 @@ pub(crate) fn train(
     })?;
     let trained = result?;
     if let Some(checkpoints) = &checkpoints {
-        Checkpoint::remove(&checkpoints.directory);
+        TrainingState::remove(&checkpoints.directory);
     }
     PyRecipe::new_with_basis(trained.file, trained.basis.as_deref())
 }
@@ -168,10 +168,9 @@ fn sample_count(value: &Bound<'_, PyAny>) -> Result<usize> {
     if value.eq("any")? {
         return Ok(0);
     }
-    let count: i64 = value.extract()?;
-    match usize::try_from(count) {
-        Ok(count) if count > 0 => Ok(count),
-        _ => reject(format!("samples is {count}: give 1 to 4096, or \"any\"")),
+    match value.extract::<i64>().map(usize::try_from) {
+        Ok(Ok(count)) if count > 0 => Ok(count),
+        _ => reject(format!("samples is {value}: give 1 to 4096, or \"any\"")),
     }
 }
 
@@ -180,7 +179,7 @@ fn checkpoints(directory: Option<PathBuf>, resume: bool) -> Result<Option<Checkp
     let Some(directory) = directory else {
         return Ok(None);
     };
-    if !resume && Checkpoint::exists_in(&directory) {
+    if !resume && TrainingState::exists_in(&directory) {
         return reject(format!(
             "{} holds an unfinished run: pass resume=True to continue it, or remove the folder to discard it",
             directory.display()

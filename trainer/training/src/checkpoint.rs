@@ -66,7 +66,7 @@ pub enum CheckpointError {
 
 /// The state of a training run, as saved to a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Checkpoint {
+pub struct TrainingState {
     /// The identity of the run.
     pub identity: RunIdentity,
     /// Meta-parameters and optimizer.
@@ -79,11 +79,11 @@ pub struct Checkpoint {
     pub epoch_loss: f32,
     /// The weight of a second of motion, for a run with a [scan budget](super::scan_budget).
     pub motion_weight: f32,
-    /// The best values so far with their loss, as defined by the phase's [`Selection`](super::outer::Selection).
+    /// The best values so far with their loss, as defined by the phase's [`Criterion`](super::outer::Selection).
     pub best: Option<(f32, MetaValues)>,
 }
 
-impl Checkpoint {
+impl TrainingState {
     /// Creates the state before the first step.
     #[must_use]
     pub fn new(identity: RunIdentity, values: MetaValues) -> Self {
@@ -115,12 +115,12 @@ impl Checkpoint {
         }
     }
 
-    /// Returns the path of a stage's checkpoint in `directory`. The first stage is 0.
+    /// Returns the path of a run's checkpoint in `directory`. The first run is 0.
     #[must_use]
-    pub fn path(directory: &Path, stage: usize) -> PathBuf {
-        match stage {
+    pub fn path(directory: &Path, run: usize) -> PathBuf {
+        match run {
             0 => directory.join("checkpoint.bin"),
-            stage => directory.join(format!("checkpoint-{stage}.bin")),
+            run => directory.join(format!("checkpoint-{run}.bin")),
         }
     }
 
@@ -191,12 +191,18 @@ impl Checkpoint {
         }
     }
 
-    /// Removes all checkpoints in `directory`, and the directory if it is then empty.
+    /// Removes all checkpoints in `directory`, also those that a killed process was writing, and the directory if it is
+    /// then empty.
     pub fn remove(directory: &Path) {
         // Failures are harmless: a remaining file is not used.
-        for stage in 0.. {
-            if fs::remove_file(Self::path(directory, stage)).is_err() {
+        for run in 0.. {
+            if fs::remove_file(Self::path(directory, run)).is_err() {
                 break;
+            }
+        }
+        for entry in fs::read_dir(directory).into_iter().flatten().flatten() {
+            if files::is_unfinished(&entry.path()) {
+                let _ = fs::remove_file(entry.path());
             }
         }
         let _ = fs::remove_dir(directory);
@@ -214,14 +220,14 @@ mod tests {
         materials: u64::MAX,
     };
 
-    fn checkpoint() -> Checkpoint {
+    fn checkpoint() -> TrainingState {
         let values = Groups {
             initial: vec![0.5; 7],
             hyperparameters: vec![-1.0; 7],
             pattern: vec![2.0; 3],
             ..Groups::default()
         };
-        let mut checkpoint = Checkpoint::new(RUN, values.clone());
+        let mut checkpoint = TrainingState::new(RUN, values.clone());
         let rates = Groups {
             initial: 1e-3,
             hyperparameters: 1e-3,
@@ -236,9 +242,9 @@ mod tests {
     fn rejects_damaged_checkpoints_and_those_of_another_run() {
         let original = checkpoint();
         let scratch = tempfile::tempdir().expect("a temporary directory");
-        let path = Checkpoint::path(scratch.path(), 0);
+        let path = TrainingState::path(scratch.path(), 0);
         original.write(&path).expect("the file is written");
-        let read = Checkpoint::read(&path, &RUN).expect("the file is intact");
+        let read = TrainingState::read(&path, &RUN).expect("the file is intact");
         assert_eq!(read, Some(original));
         for other in [
             RunIdentity { options: 1, ..RUN },
@@ -247,7 +253,7 @@ mod tests {
                 ..RUN
             },
         ] {
-            let error = Checkpoint::read(&path, &other).expect_err("the run differs");
+            let error = TrainingState::read(&path, &other).expect_err("the run differs");
             let CheckpointError::OtherRun {
                 expected, actual, ..
             } = error
@@ -260,7 +266,7 @@ mod tests {
         let bytes = fs::read(&path).expect("the file exists");
         let assert_damaged = |bytes: &[u8]| {
             fs::write(&path, bytes).expect("the file is written");
-            let error = Checkpoint::read(&path, &RUN).expect_err("the file is damaged");
+            let error = TrainingState::read(&path, &RUN).expect_err("the file is damaged");
             assert!(matches!(error, CheckpointError::Damaged { .. }), "{error}");
         };
         for position in 0..bytes.len() {

@@ -9,7 +9,7 @@ use glimpse_fitting::recipe::identity::RunIdentity;
 pub use glimpse_optimizer::MetaValues;
 use glimpse_optimizer::{Groups, Optimizer};
 
-use super::checkpoint::Checkpoint;
+use super::checkpoint::TrainingState;
 use super::pattern::Reach;
 use super::result::TrainError;
 use super::scan_budget::{Motion, REORDER_INTERVAL};
@@ -30,7 +30,7 @@ pub struct OuterStep {
 
 /// Returns the meta-parameters that a phase starts with, given the best ones so far, or the present ones without
 /// them.
-pub type Start<'a> = Box<dyn Fn(MetaValues) -> MetaValues + 'a>;
+pub type PhaseStart<'a> = Box<dyn Fn(MetaValues) -> MetaValues + 'a>;
 /// Returns the loss of a step, and its gradient, which includes the [barrier](super::pattern::Pattern::barrier).
 pub type Gradient<'a> = Box<dyn Fn(&MetaValues, OuterStep) -> (f32, MetaValues) + 'a>;
 /// Returns a loss, by which the best meta-parameters are selected.
@@ -47,14 +47,14 @@ pub enum Criterion<'a> {
     Last,
 }
 
-/// One stage of meta-training.
+/// One phase of meta-training.
 pub struct Phase<'a> {
     /// The name in progress reports.
     pub name: &'static str,
     /// The number of samples of the pattern.
     pub samples: usize,
     /// The first meta-parameters, with new moments of Adam; None to continue the previous phase.
-    pub start: Option<Start<'a>>,
+    pub start: Option<PhaseStart<'a>>,
     /// The objective.
     pub gradient: Gradient<'a>,
     /// The selection of the best meta-parameters.
@@ -128,7 +128,7 @@ pub struct TrainingProgress {
     pub total: usize,
     /// The outer loss, smoothed over about 50 steps. NaN in a phase without steps.
     pub loss: f32,
-    /// The smallest loss so far, on validation materials or over an epoch (see [`Selection`]).
+    /// The smallest loss so far, on validation materials or over an epoch (see [`Criterion`]).
     pub best: Option<f32>,
 }
 
@@ -173,7 +173,7 @@ pub struct Session<'s, 'o> {
     /// The number of outer steps of the completed runs.
     pub done: usize,
     /// The number of completed runs.
-    pub stage: usize,
+    pub completed: usize,
 }
 
 impl<'s, 'o> Session<'s, 'o> {
@@ -189,7 +189,7 @@ impl<'s, 'o> Session<'s, 'o> {
             observer,
             total: 0,
             done: 0,
-            stage: 0,
+            completed: 0,
         }
     }
 
@@ -207,18 +207,18 @@ impl<'s, 'o> Session<'s, 'o> {
         let steps: usize = phases.iter().map(|phase| phase.steps).sum();
         let file = self
             .checkpoints
-            .map(|checkpoints| Checkpoint::path(&checkpoints.directory, self.stage));
+            .map(|checkpoints| TrainingState::path(&checkpoints.directory, self.completed));
         let resumed = match &file {
             Some(file)
                 if self
                     .checkpoints
                     .is_some_and(|checkpoints| checkpoints.resume) =>
             {
-                Checkpoint::read(file, &self.identity)?
+                TrainingState::read(file, &self.identity)?
             }
             _ => None,
         };
-        let mut state = resumed.unwrap_or_else(|| Checkpoint::new(self.identity, initial));
+        let mut state = resumed.unwrap_or_else(|| TrainingState::new(self.identity, initial));
         let begin = Instant::now();
         let mut last_saved = begin;
         for (phase, outer_step) in outer_steps(phases).skip(state.done) {
@@ -229,7 +229,7 @@ impl<'s, 'o> Session<'s, 'o> {
                 done: self.done + state.done,
                 total: self.total.max(self.done + steps),
                 loss: state.smoothed_loss.unwrap_or(f32::NAN),
-                // With `Selection::Last` the best loss of earlier phases is not comparable.
+                // With `Criterion::Last` the best loss of earlier phases is not comparable.
                 best: match phase.selection {
                     Criterion::Last => None,
                     _ => state.best.as_ref().map(|(loss, _)| *loss),
@@ -247,7 +247,7 @@ impl<'s, 'o> Session<'s, 'o> {
             }
         }
         self.done += steps;
-        self.stage += 1;
+        self.completed += 1;
         let mut values = state.best_values();
         if let Some(path) = path {
             path.motion.shorten(&mut values.pattern)?;
@@ -270,7 +270,7 @@ fn outer_steps<'p>(phases: &'p [Phase<'p>]) -> impl Iterator<Item = (&'p Phase<'
 
 /// Runs one outer step.
 fn advance(
-    state: &mut Checkpoint,
+    state: &mut TrainingState,
     phase: &Phase<'_>,
     outer_step: OuterStep,
     path: Option<&PathOfSamples<'_>>,
@@ -309,7 +309,7 @@ fn advance(
 
 /// Runs a step of Adam. Returns the loss of the values before the step, and these values.
 fn descend(
-    state: &mut Checkpoint,
+    state: &mut TrainingState,
     phase: &Phase<'_>,
     outer_step: OuterStep,
     path: Option<&PathOfSamples<'_>>,
@@ -346,7 +346,7 @@ fn descend(
 }
 
 /// Sets the meta-parameters to the first ones of a phase.
-fn start_phase(state: &mut Checkpoint, phase: &Phase<'_>) {
+fn start_phase(state: &mut TrainingState, phase: &Phase<'_>) {
     if let Some(start) = &phase.start {
         state.optimizer = Optimizer::new(start(state.best_values()));
     }

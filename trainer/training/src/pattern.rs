@@ -104,19 +104,19 @@ impl Reach<'_> {
 
     /// Creates a pattern from logits, for a step of training. Samples out of reach are invalid.
     #[must_use]
-    pub fn pattern(&self, logits: &[f32]) -> Pattern {
-        Pattern::new(self, self.all_angles(logits))
+    pub fn pattern(&self, logits: &[f32]) -> SamplePattern {
+        SamplePattern::new(self, self.all_angles(logits))
     }
 
     /// Creates a pattern of [`reachable_angles`](Self::reachable_angles).
     #[must_use]
-    pub fn reachable_pattern(&self, logits: &[f32]) -> Pattern {
-        Pattern::new(self, self.reachable_angles(logits))
+    pub fn reachable_pattern(&self, logits: &[f32]) -> SamplePattern {
+        SamplePattern::new(self, self.reachable_angles(logits))
     }
 }
 
 /// A pattern with its directions.
-pub struct Pattern {
+pub struct SamplePattern {
     /// The angles of all samples.
     pub angles: Vec<Angles<f32>>,
     /// True for each sample within reach.
@@ -128,7 +128,7 @@ pub struct Pattern {
     fixed: usize,
 }
 
-impl Pattern {
+impl SamplePattern {
     /// Creates a pattern from angles. Samples out of reach are invalid.
     #[must_use]
     pub fn new(reach: &Reach<'_>, angles: Vec<Angles<f32>>) -> Self {

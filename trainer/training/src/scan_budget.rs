@@ -88,7 +88,7 @@ const PROJECTION_STEPS: usize = 100;
 const SHORTENING: f32 = 5e-4;
 
 impl Motion {
-    /// Creates the motion of a valid machine to `samples` samples, in `seconds` from [`Machine::START`] to the last
+    /// Creates the motion of a valid machine to `samples` samples, in `seconds` from [`TimedMachine::START`] to the last
     /// reading.
     #[must_use]
     pub fn new(seconds: f64, machine: TimedMachine, samples: usize) -> Self {

@@ -44,7 +44,7 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Tabulates a material in 907 kB for display, and samples its BRDF at about 10,000 directions for the loss.
+    /// Tabulates a material in 302 kB for display, and samples its BRDF at about 10,000 directions for the loss.
     #[must_use]
     pub fn new(material: &dyn Material) -> Self {
         let table = material_basis(material);

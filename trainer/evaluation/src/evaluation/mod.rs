@@ -21,7 +21,7 @@ pub use leakage::TrainingOverlap;
 pub use method::{LINEAR_OPTIMUM_DIRECTIONS, Method, SampleDirections, names};
 pub use outcome::Outcome;
 pub use reader::{Degradation, Reader};
-pub use report::{EvaluationReport, MaterialMetrics, Prediction, UnseenLoss};
+pub use report::{EvaluationReport, MaterialMetrics, PredictionQuality, UnseenLoss};
 pub use target::{TargetReport, TargetScan};
 
 use glimpse_materials::setting::Name;

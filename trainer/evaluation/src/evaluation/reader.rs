@@ -6,7 +6,7 @@ use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::recipe::Recipe;
-use glimpse_fitting::recipe::Noise;
+use glimpse_fitting::recipe::ReadingNoise;
 use glimpse_materials::Material;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -80,8 +80,8 @@ impl Degradation {
         self.lost > 0 || self.sensor_noise().is_random()
     }
 
-    fn sensor_noise(&self) -> Noise {
-        Noise {
+    fn sensor_noise(&self) -> ReadingNoise {
+        ReadingNoise {
             multiplicative: self.noise,
             additive: self.additive * FRAC_1_PI,
             levels: self.levels,
@@ -120,7 +120,7 @@ pub struct Reader<'m> {
     pub displaced: &'m [Angles<f32>],
     /// True for each reading that is not missing.
     present: Vec<bool>,
-    noise: Noise,
+    noise: ReadingNoise,
     random: ChaCha8Rng,
 }
 

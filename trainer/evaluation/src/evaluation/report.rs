@@ -31,7 +31,7 @@ pub struct MaterialMetrics {
 
 /// The losses that a recipe predicts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Prediction {
+pub struct PredictionQuality {
     /// The mean over the materials.
     pub loss: f64,
     /// The rank correlation of predicted and true losses.
@@ -73,7 +73,7 @@ pub struct EvaluationReport {
     /// The standard deviation of the mean loss over the seeds.
     pub loss_spread: f64,
     /// The predicted losses; None if the recipe does not predict them.
-    pub prediction: Option<Prediction>,
+    pub prediction: Option<PredictionQuality>,
     /// The names of training materials of the recipe among the materials; None if the training materials are unknown.
     pub trained_on: Option<Vec<String>>,
     /// The names of materials that only share their name with a training material.
@@ -140,7 +140,7 @@ impl EvaluationReport {
             seconds: seconds.map(|all| Estimate::from_values(&all).mean),
             seeds: seeds as u64,
             loss_spread: standard_deviation(&mean_losses_by_seed),
-            prediction: Prediction::new(&materials, &losses),
+            prediction: PredictionQuality::new(&materials, &losses),
             trained_on: None,
             namesakes_trained_on: None,
             new: None,
@@ -189,7 +189,7 @@ impl EvaluationReport {
     }
 }
 
-impl Prediction {
+impl PredictionQuality {
     fn new(materials: &[MaterialMetrics], losses: &[f64]) -> Option<Self> {
         let predicted = materials.iter().map(|material| material.predicted_loss);
         let predicted: Vec<f64> = predicted.collect::<Option<_>>()?;

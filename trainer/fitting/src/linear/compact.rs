@@ -117,7 +117,7 @@ fn symmetrized(basis: &BasisTable, angles: &Angles<f64>, components: usize) -> V
 }
 
 /// Returns the content of a compact basis file. `columns` are the mean and the components at all nodes, as in
-/// [`columns_at_nodes`]. `checksum` is [`Basis::checksum`].
+/// [`columns_at_nodes`]. `checksum` is [`BasisTable::checksum`].
 pub(super) fn pack(checksum: u32, nodes: Nodes, columns: &[Vec<f64>]) -> Vec<u8> {
     let (means, columns) = columns.split_at(1);
     let max_magnitude = |values: &[f64]| values.iter().fold(0.0_f64, |max, x| max.max(x.abs()));

@@ -4,7 +4,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glimpse_core::geometry::Angles;
-use glimpse_core::model::linear::map;
+use glimpse_core::model::linear::{Nodes, map};
 use glimpse_materials::Material;
 use rayon::prelude::*;
 
@@ -13,15 +13,21 @@ use super::compact::{HOST_NODES, angles_at, pack};
 /// The coefficients of red, green and blue that reproduce the material.
 pub const CHANNEL_COEFFICIENTS: [&[f32]; 3] = [&[1.0], &[0.0, 1.0], &[0.0, 0.0, 1.0]];
 
-/// Returns a material as the file of a basis at [`HOST_NODES`] with three components, in 907 kB, for [`CHANNEL_COEFFICIENTS`].
+/// The nodes: a third of those of a basis on the host suffice for display.
+const NODES: Nodes = Nodes {
+    phi_d: 8,
+    ..HOST_NODES
+};
+
+/// Returns a material as the file of a basis with three components, in 302 kB, for [`CHANNEL_COEFFICIENTS`].
 ///
 /// The material is averaged over its mirror image and over exchange of light and sensor, because a basis has these
 /// symmetries. Non-finite values are replaced by 0.
 #[must_use]
 pub fn material_basis(material: &dyn Material) -> Vec<u8> {
-    let values: Vec<[f64; 3]> = (0..HOST_NODES.count().unwrap_or_default())
+    let values: Vec<[f64; 3]> = (0..NODES.count().unwrap_or_default())
         .into_par_iter()
-        .map(|node| mapped_brdf(material, angles_at(HOST_NODES, node)))
+        .map(|node| mapped_brdf(material, angles_at(NODES, node)))
         .collect();
     // The center of the range of channels, which minimizes the largest component.
     let center = |value: &[f64; 3]| {
@@ -33,7 +39,7 @@ pub fn material_basis(material: &dyn Material) -> Vec<u8> {
         let values = values.iter();
         values.map(|value| value[index] - center(value)).collect()
     };
-    pack(0, HOST_NODES, &[means, channel(0), channel(1), channel(2)])
+    pack(0, NODES, &[means, channel(0), channel(1), channel(2)])
 }
 
 /// Returns ln(1 + f w / e) of each channel, averaged over the directions that are equivalent by symmetry.
@@ -72,6 +78,23 @@ mod tests {
 
     use super::*;
     use glimpse_materials::Procedural;
+
+    /// At a node, core's interpolation has the weight 1 there.
+    #[test]
+    fn node_angles_match_core_interpolation() {
+        for node in 0..HOST_NODES.count().expect("few nodes") {
+            let direction =
+                HalfDifference::from_angles(angles_at(HOST_NODES, node).map(|a| a as f32));
+            let corners = HOST_NODES.corners(&direction);
+            let own = corners.iter().filter(|corner| corner.node == node);
+            let share: f32 = own.map(|corner| corner.weight).sum();
+            // Light or sensor at the horizon, and nodes at which phi_d has no effect.
+            let is_singular = direction.cos_theta_i().min(direction.cos_theta_o()) < 1e-4
+                || direction.hx < 1e-3
+                || direction.dx.hypot(direction.dy) < 1e-3;
+            assert!(is_singular || share > 0.9, "{node}: {share}");
+        }
+    }
 
     #[test]
     fn material_basis_reproduces_material() {

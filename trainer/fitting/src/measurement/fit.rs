@@ -96,6 +96,7 @@ impl Selection {
         let used = known.iter().map(|index| &readings.samples[*index]);
         let used = used.filter(|sample| sample.status == ReadingStatus::Used);
         let used = used.filter_map(|sample| sample.for_posterior(prior));
+        // For deviations and predictions. The material comes from core's scan.
         let posterior = Posterior::new(prior, &used.collect::<Vec<_>>());
         Ok(Self {
             posterior: posterior.ok_or(Error::new(ErrorCode::Diverged))?,

@@ -1,4 +1,7 @@
 //! Lab readings. They are matched to a recipe's pattern, converted to BRDFs, checked for outliers, and fitted.
+//!
+//! A row of a file is a [`LabReading`], a sample of a recipe with all its readings a [`SampleReading`], and its mapped value
+//! for the posterior a [`PosteriorReading`](crate::linear::PosteriorReading).
 
 mod angles;
 mod bands;

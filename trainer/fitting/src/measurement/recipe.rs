@@ -125,6 +125,7 @@ impl NamedRecipe {
         let basis = self.basis.clone().ok_or(RecipeDefect::NotAny)?;
         let scales = deviations.iter().map(|noise| self.prior.scale(*noise));
         let scales: Vec<f32> = scales.collect();
+        // Encoded and parsed in memory, so that a lab's fit is the scan of a device.
         let file = self.file.at_directions(&basis, directions, &scales)?;
         let needs_basis = file.recipe().basis_checksum().is_some();
         Ok(Self {

@@ -11,4 +11,4 @@ pub mod sections;
 
 pub use file::{RecipeDefect, RecipeFile, RecipeFileError};
 pub use metadata::{Metadata, MetadataError, Training};
-pub use noise::Noise;
+pub use noise::ReadingNoise;

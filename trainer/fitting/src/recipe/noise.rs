@@ -7,7 +7,7 @@ use serde::Serialize;
 
 /// The noise of readings, independent for each channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Noise {
+pub struct ReadingNoise {
     /// The standard deviation relative to the reading, 0 or more.
     pub multiplicative: f32,
     /// The standard deviation of the additive noise in sr⁻¹ (of the BRDF, not times the cosine), 0 or more.
@@ -17,7 +17,7 @@ pub struct Noise {
     pub levels: u32,
 }
 
-impl Noise {
+impl ReadingNoise {
     /// Returns true if readings vary.
     #[must_use]
     pub fn is_random(&self) -> bool {

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::identity::{RunIdentity, digest};
-use super::noise::Noise;
+use super::noise::ReadingNoise;
 use crate::choice::Choice;
 use crate::route::{LimitArgs, MachineError, SpeedArgs, TimedMachine};
 
@@ -107,7 +107,7 @@ pub enum Schedule {
     /// The two stages of the paper: initial parameters and step sizes on random samples, then the pattern alone.
     Paper,
     /// A learned prior: a small network maps readings to coefficients, and is trained jointly with the pattern. Except
-    /// for Linear, a second network maps the coefficients to the start of a descent.
+    /// for Linear, a second network maps the coefficients to initial parameters, which Gauss-Newton steps refine.
     Prior,
 }
 
@@ -427,8 +427,8 @@ impl TrainingOptions {
 
     /// Returns the noise in the form of recipes: additive noise in sr⁻¹.
     #[must_use]
-    pub fn noise(&self) -> Noise {
-        Noise {
+    pub fn noise(&self) -> ReadingNoise {
+        ReadingNoise {
             multiplicative: self.noise,
             additive: self.additive * FRAC_1_PI,
             levels: self.levels,

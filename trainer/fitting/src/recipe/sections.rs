@@ -82,7 +82,8 @@ impl Arena {
         Net {
             bias: self.floats(bias),
             components: count(shape.components),
-            missing: if missing { 2 } else { 0 },
+            // 1 is invalid.
+            missing: 2 * u8::from(missing),
             scale,
             readings,
             reading_scales,

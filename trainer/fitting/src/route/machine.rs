@@ -57,7 +57,7 @@ const MIN_SECONDS: f64 = 1e-3;
 /// The longest time at a sample, in seconds: one day.
 const MAX_SETTLE: f64 = 86_400.0;
 
-/// An error of an invalid [`Machine`].
+/// An error of an invalid [`TimedMachine`].
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MachineError {
     /// A speed is out of range or NaN.
@@ -103,10 +103,10 @@ pub enum MachineError {
     Limits(#[from] glimpse_core::error::Error),
 }
 
-/// The result of [`Machine::axis_seconds`].
+/// The result of [`TimedMachine::axis_seconds`].
 pub(crate) type AxisSeconds<S = f64> = [S; 3];
 
-/// Returns the time of a move from one [`Machine::axis_seconds`] to another, given [`Machine::turn_seconds`].
+/// Returns the time of a move from one [`TimedMachine::axis_seconds`] to another, given [`TimedMachine::turn_seconds`].
 #[inline]
 pub fn move_seconds<S: RealScalar>(turn: f64, from: &AxisSeconds<S>, to: &AxisSeconds<S>) -> S {
     let mut moves = *to;
@@ -198,7 +198,7 @@ pub struct Position {
 }
 
 impl Position {
-    /// Begins at the start position. The machine must be [valid](Machine::validate).
+    /// Begins at the start position. The machine must be [valid](TimedMachine::validate).
     #[must_use]
     pub fn new(machine: TimedMachine) -> Self {
         Self {

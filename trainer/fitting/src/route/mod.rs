@@ -1,6 +1,6 @@
 //! Planning of a route: the order in which the arms of a machine measure a recipe's samples.
 //!
-//! - [`Machine`]: the speeds and limits of the axes, and the treatment of azimuths;
+//! - [`TimedMachine`]: the speeds and limits of the axes, and the treatment of azimuths;
 //! - [`stops`]: the positions of the samples, or the unreachable samples;
 //! - [`PlanArgs`]: a request for a plan;
 //! - [`Route`]: the visits, with their times;

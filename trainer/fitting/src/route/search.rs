@@ -37,11 +37,11 @@ const MAX_WINDOW: usize = 50;
 
 /// The travel time between any two stops, which are named by their indices. This time is a symmetric metric.
 pub(super) struct Points {
-    /// [`Machine::axis_seconds`] of the start position.
+    /// [`TimedMachine::axis_seconds`] of the start position.
     start: AxisSeconds,
-    /// [`Machine::turn_seconds`].
+    /// [`TimedMachine::turn_seconds`].
     turn: f64,
-    /// [`Machine::axis_seconds`] of each stop.
+    /// [`TimedMachine::axis_seconds`] of each stop.
     stops: Vec<AxisSeconds>,
 }
 

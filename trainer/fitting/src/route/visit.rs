@@ -52,7 +52,7 @@ impl Route {
         Some(Self::quick(machine, &stops, order))
     }
 
-    /// Plans a route through all stops within milliseconds. The machine must be [valid](Machine::validate).
+    /// Plans a route through all stops within milliseconds. The machine must be [valid](TimedMachine::validate).
     #[must_use]
     pub fn quick(machine: &TimedMachine, stops: &[Arms<f64>], order: Order) -> Self {
         Self::plan(machine, stops, order, &search::QUICK, 0)
@@ -61,7 +61,7 @@ impl Route {
     /// Plans a route through all stops, with up to a second of search. `stops` is in the recipe's own order. The seed
     /// determines the route.
     ///
-    /// The machine must be [valid](Machine::validate).
+    /// The machine must be [valid](TimedMachine::validate).
     #[must_use]
     pub fn new(machine: &TimedMachine, stops: &[Arms<f64>], order: Order, seed: u64) -> Self {
         Self::plan(machine, stops, order, &search::THOROUGH, seed)

@@ -5,10 +5,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear;
+use glimpse_kernels::AngleDual;
 use glimpse_kernels::dual::RealScalar;
 
 use crate::interpolation::products;
-use glimpse_kernels::AngleDual;
 
 /// The number of nodes along theta_h (denser towards 0, as in MERL tables), theta_d, and phi_d (with period pi).
 const NODES: [usize; 3] = [72, 46, 36];

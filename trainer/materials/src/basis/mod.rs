@@ -1,6 +1,6 @@
 //! The basis of the model Linear, which turns coefficients into a BRDF on the host.
 //!
-//! A training tabulates a [`Basis`] on a [`Grid`]. Its file, in the directory of the recipe, has values at core's nodes, which
+//! A training tabulates a [`BasisTable`] on a [`Grid`]. Its file, in the directory of the recipe, has values at core's nodes, which
 //! are interpolated as on a device: at more of them than fit into flash, or at those that do. `glimpse_training::linear`
 //! computes the basis from materials and reduces it to a pattern.
 

@@ -10,15 +10,15 @@ use glimpse_core::checksum::crc_32;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::{Basis as CompactBasis, EPSILON, unmap};
 use glimpse_core::numeric::Scalar;
+use glimpse_kernels::AngleDual;
 use rayon::prelude::*;
 
 use super::grid::{Nodes, WeightedNode};
 use crate::untrusted::read_at_most;
-use glimpse_kernels::AngleDual;
 
 /// The number of values before the components of a node: the mean of the mapped columns, and ln(median w + e).
 pub const NODE_HEADER: usize = 2;
-/// The largest length of a file in bytes, several times that of 1,024 components at the nodes that a training writes.
+/// The largest length of a file in bytes, twice that of 1,024 components at the nodes that a training writes.
 const MAX_BYTES: u64 = 1 << 28;
 
 /// An error while reading a basis file.
@@ -49,7 +49,7 @@ pub enum BasisError {
 }
 
 /// The table of a basis. Each node has a mean, ln(median w + e), and m components. During a training, the nodes are those
-/// of [`Grid`]; in a file, they are [`linear::Nodes`].
+/// of [`Grid`](super::Grid); in a file, they are [`Nodes`](glimpse_core::model::linear::Nodes).
 #[derive(Clone, Debug, PartialEq)]
 pub struct BasisTable {
     nodes: Nodes,
@@ -70,7 +70,7 @@ pub struct BasisValues {
 }
 
 impl BasisTable {
-    /// Makes a basis from a table that holds the mean, ln(median w + e) and m components of each node of [`Grid`].
+    /// Makes a basis from a table that holds the mean, ln(median w + e) and m components of each node of [`Grid`](super::Grid).
     #[must_use]
     pub fn from_table(table: Vec<f32>, components: usize) -> Self {
         Self {
@@ -161,7 +161,7 @@ impl BasisTable {
     }
 
     /// Returns the number that a recipe and the files of its basis have in common, at any nodes and with any number of
-    /// components: the CRC-32 of the table at the nodes of [`Grid`]. 0 means that a recipe has no basis, so that a CRC-32 of 0
+    /// components: the CRC-32 of the table at the nodes of [`Grid`](super::Grid). 0 means that a recipe has no basis, so that a CRC-32 of 0
     /// is replaced by 1.
     #[must_use]
     pub fn checksum(&self) -> u32 {

@@ -8,7 +8,7 @@ use glimpse_evaluation::metrics::{Metrics, color_differences};
 use glimpse_evaluation::render::Picture;
 use glimpse_materials::{Material, Source};
 use rayon::prelude::*;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::lock::Lock;
 use super::{emit, load, load_single};
@@ -16,7 +16,6 @@ use crate::output::{file_as_json, write_file};
 use crate::report::{
     Column, GalleryRow, Lobe, MAX_LOBES, Page, Table, Tile, lobe_svg, metric_columns,
 };
-use serde_json::Value;
 
 /// Compare materials with a reference.
 ///

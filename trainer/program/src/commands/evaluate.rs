@@ -101,7 +101,12 @@ impl Evaluate {
         let mut recipes = recipes.collect::<anyhow::Result<Vec<_>>>()?;
         if let (Some(path), [named, ..]) = (&self.basis, &mut recipes[..]) {
             let checksum = named.file.recipe().basis_checksum();
-            let checksum = checksum.context("--basis has no effect: the recipe has no basis")?;
+            let checksum = checksum.with_context(|| {
+                format!(
+                    "--basis has no effect: {} has no basis; remove it",
+                    named.name
+                )
+            })?;
             named.basis = Some(Arc::new(BasisTable::read(path, checksum)?));
         }
         for named in &recipes {

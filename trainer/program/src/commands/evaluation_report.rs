@@ -4,11 +4,11 @@ use glimpse_evaluation::evaluation::{Estimate, EvaluationReport, TargetReport, T
 use glimpse_evaluation::metrics::{METRICS, Metrics};
 use glimpse_fitting::recipe::expected_loss::ValidatedLoss;
 use serde::Serialize;
+use serde_json::Value;
 
 use super::expected_loss::standard_error;
 use super::training_overlap::warnings;
 use crate::report::{Column, Table, metric_columns};
-use serde_json::Value;
 
 /// The evaluation of a recipe.
 #[derive(Serialize)]

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
+use glimpse_core::model::linear::Basis as CompactBasis;
 use glimpse_fitting::export::{to_c, to_json};
 use glimpse_fitting::linear::{COMPACT_COMPONENTS, COMPACT_NODES, to_compact_bytes};
 use glimpse_fitting::recipe::Metadata;
@@ -95,7 +96,10 @@ impl Export {
             (1..=all).contains(&components),
             "--components {components} is out of range: this recipe's basis has {all}; give 1 to {all}"
         );
-        let bytes = to_compact_bytes(&basis, components, COMPACT_NODES);
+        let bytes = match CompactBasis::parse(basis.file()) {
+            Ok(own) if own.nodes() == COMPACT_NODES && components == all => basis.file().to_vec(),
+            _ => to_compact_bytes(&basis, components, COMPACT_NODES),
+        };
         eprintln!(
             "compact basis: {components} of {all} components, {} bytes, valid for recipes of any n with the same basis",
             bytes.len()

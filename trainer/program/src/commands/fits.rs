@@ -7,10 +7,10 @@ use glimpse_fitting::bundled;
 use glimpse_fitting::recipe::Metadata;
 use glimpse_fitting::route::{Order, Route};
 use rayon::prelude::*;
+use serde_json::Value;
 
 use crate::progress::StepProgress;
 use crate::report::{Column, GalleryRow, Page, Table, metric_columns};
-use serde_json::Value;
 
 /// A method with its name and the costs of a scan.
 pub(super) struct NamedMethod<'a> {

@@ -11,7 +11,7 @@ use glimpse_fitting::recipe::options::{Schedule, TrainingOptions};
 use glimpse_materials::basis::BasisTable;
 use glimpse_materials::files::is_stream;
 use glimpse_materials::{Source, Sources};
-use glimpse_training::checkpoint::Checkpoint;
+use glimpse_training::checkpoint::TrainingState;
 use glimpse_training::run::{TrainedRecipe, check};
 
 use super::expected_loss::{expected_loss, standard_error};
@@ -19,15 +19,15 @@ use super::geometry::read_directions;
 use super::load_all;
 use super::lock::Lock;
 use crate::output::check_out;
-use crate::progress::{checkpoint_of, train_to_file};
+use crate::training::{checkpoint_of, train_to_file};
 
 /// Train a recipe on materials.
 ///
 /// SCHEDULES. With --schedule prior, the default, a recipe completes the readings: a small learned
-/// map estimates the whole material from them. For models other than linear, a descent refines the
-/// estimate. Training uses all materials. Four-fold cross-validation follows: four shorter trainings,
-/// each without a quarter of the materials. They yield the expected loss on unseen materials, and
-/// the predictor of a material's loss from its readings.
+/// map estimates the whole material from them. For models other than linear, Gauss-Newton steps
+/// refine the estimate. Training uses all materials. With ten or more, four-fold cross-validation
+/// follows: four shorter trainings, each without a quarter of the materials. They yield the expected
+/// loss on unseen materials, and the predictor of a material's loss from its readings.
 ///
 /// With --schedule paper, every tenth material is held out, and the loss on those is the
 /// expected loss. The model linear holds none out: its loss on each material is that with the
@@ -84,14 +84,14 @@ impl Train {
         let (materials, source_shares) = load_all(&sources)?;
         options.source_shares = source_shares;
         let checkpoint = checkpoint_of(&self.out);
-        let is_unfinished = Checkpoint::exists_in(&checkpoint);
+        let is_unfinished = TrainingState::exists_in(&checkpoint);
         let is_trained = match self.is_trained(&options, is_unfinished) {
             Err(error) if !self.force => return Err(error),
             is_trained => is_trained.unwrap_or_default(),
         };
         if self.resume && !is_unfinished {
             if is_trained {
-                Checkpoint::remove(&checkpoint);
+                TrainingState::remove(&checkpoint);
                 eprintln!("{} is already trained", self.out.display());
                 return Ok(());
             }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_core::scan::Evidence;
-use glimpse_fitting::recipe::Noise;
+use glimpse_fitting::recipe::ReadingNoise;
 use glimpse_fitting::scanner::{self, ScanReport, ScannerError};
 use glimpse_materials::basis::BasisTable;
 use glimpse_materials::{FittedMaterial, Material, Source};
@@ -80,9 +80,9 @@ impl VirtualScanner {
         let material = self.material.as_ref().map(load_single).transpose()?;
         let materials: Vec<_> = material.into_iter().collect();
         let material = materials.first().map(|material| &**material);
-        let noise = Noise {
+        let noise = ReadingNoise {
             multiplicative: self.noise.unwrap_or_default(),
-            ..Noise::default()
+            ..ReadingNoise::default()
         };
         let mut scanner = scanner::VirtualScanner::new(material, noise, seed);
         let mut basis = None;

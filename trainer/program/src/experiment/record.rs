@@ -5,11 +5,11 @@ use glimpse_core::model::ModelKind;
 use glimpse_evaluation::evaluation::{EvaluationReport, names};
 use glimpse_evaluation::metrics::METRICS;
 use glimpse_fitting::route::{Order, Route, TimedMachine, stops};
+use serde_json::Value;
 
 use super::case::{Approach, Case, Variation};
 use super::store::{Store, TestSet};
 use crate::report::{Column, Table, text};
-use serde_json::Value;
 
 /// A row of the long table: a case on a test set, and its values.
 #[derive(Clone)]

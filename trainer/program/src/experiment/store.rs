@@ -36,8 +36,9 @@ use serde_json::{Value, json};
 
 use super::case::{Approach, Case, MOTION_SPEED, REFINEMENT_STEPS, Variation};
 use super::glossiness::split_by_glossiness;
-use crate::progress::{interrupted, train_to_file};
+use crate::progress::interrupted;
 use crate::report::write_file;
+use crate::training::train_to_file;
 
 /// The message after Ctrl-C.
 const STOPPED: &str = "stopped: repeat the command to continue";

@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::ptr;
 
+use serde_json::Value;
+
 use super::glossiness::by_glossiness;
 use super::record::{Key, LOSS, Record};
 use super::store::Store;
@@ -10,7 +12,6 @@ use crate::report::{
     Axis, Column, Compare, GalleryRow, Highlight, Page, Plot, Scale, Series, Table, pattern_svg,
     text, write_file,
 };
-use serde_json::Value;
 
 /// A view of the records for which `of` is true.
 pub(super) struct View {

@@ -3,11 +3,10 @@
 //!
 //! Materials are tabulated on a [`Grid`] as l = ln(brdf w + e), with w = cos(theta_i) cos(theta_o) and e = 0.001. The
 //! paper's mapping is ln((brdf w + e) / (median w + e)). At each node, it differs from l by the same number for all
-//! materials, so both have the same principal components. A [`Basis`] holds the components and converts the device's
-//! coefficients to a BRDF. Its file is stored next to the recipe, because it is too large for a device. The ridge solve
+//! materials, so both have the same principal components. A [`BasisTable`] holds the components. Its file is stored next to the recipe, because it is too large for a device. The ridge solve
 //! and its adjoint are in core.
 //!
-//! [`Basis`]: glimpse_materials::basis::Basis
+//! [`BasisTable`]: glimpse_materials::basis::BasisTable
 //! [`Grid`]: glimpse_materials::basis::Grid
 
 mod columns;

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::objective::{InnerSamples, LossSamples, PaperObjective};
 use crate::initialization::random_initialization;
 use crate::outer::{MetaValues, OuterStep, scaled_sum};
-use crate::pattern::{Pattern, Reach};
+use crate::pattern::{Reach, SamplePattern};
 use crate::streams::RandomStreams;
 use crate::tasks::pool::WarpedPool;
 use crate::tasks::samples::WeightedSamples;
@@ -40,7 +40,11 @@ pub struct DescentObjective<'a> {
 }
 
 /// Measures a material of a pool at a pattern. Samples below the horizon have no weight.
-fn measure<'p>(pool: &WarpedPool, material: usize, pattern: &'p Pattern) -> WeightedSamples<'p> {
+fn measure<'p>(
+    pool: &WarpedPool,
+    material: usize,
+    pattern: &'p SamplePattern,
+) -> WeightedSamples<'p> {
     let material = &pool.materials()[material];
     let samples = pattern.angles.iter().zip(&pattern.valid);
     let brdf = samples.map(|(angles, valid)| {
@@ -129,7 +133,7 @@ impl DescentObjective<'_> {
         &self,
         samples: LossSamples,
         values: &MetaValues,
-        pattern: &Pattern,
+        pattern: &SamplePattern,
         material: usize,
         random: &mut ChaCha8Rng,
     ) -> (f32, MetaValues) {

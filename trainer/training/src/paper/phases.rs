@@ -7,7 +7,7 @@ use glimpse_optimizer::Groups;
 use rayon::prelude::*;
 
 use super::objective::{InnerSamples, LossSamples, PaperObjective};
-use crate::outer::{Criterion, MetaValues, OuterStep, Phase, Start};
+use crate::outer::{Criterion, MetaValues, OuterStep, Phase, PhaseStart};
 use crate::pattern::Reach;
 
 /// The number of random patterns of one sample; the best one starts stage 2.
@@ -77,13 +77,13 @@ pub(super) fn phases<'a>(
             ..parameters(Some(start), PATTERN_SAMPLES)
         }
     };
-    let best = || -> Start<'a> { Box::new(|best| best) };
+    let best = || -> PhaseStart<'a> { Box::new(|best| best) };
 
     let mut phases = Vec::new();
     if has_parameters && !matches!(options.parts, TrainedParts::PatternOnly(_)) {
         phases.push(parameters(None, PARAMETER_SAMPLES));
     }
-    let random: Start<'a> =
+    let random: PhaseStart<'a> =
         Box::new(move |values| best_random_pattern(objective, &values, tasks, seed));
     phases.push(pattern(1, random));
     for count in doubled(samples) {

@@ -16,7 +16,7 @@ use super::objective::{LossSamples, PaperObjective};
 use crate::correction::Correction;
 use crate::linear::{Columns, principal_components};
 use crate::outer::{MetaValues, OuterStep, scaled_sum};
-use crate::pattern::{Pattern, Reach};
+use crate::pattern::{Reach, SamplePattern};
 use crate::streams::RandomStreams;
 use crate::tasks::pool::WarpedPool;
 use crate::tasks::reading::TaskReading;
@@ -86,7 +86,7 @@ impl RidgeObjective {
     }
 
     /// Fits a task, and returns its loss and the gradient with respect to the angles of each sample.
-    fn task_gradient(&self, pattern: &Pattern, task: &TrainingTask) -> (f32, Vec<[f32; 3]>) {
+    fn task_gradient(&self, pattern: &SamplePattern, task: &TrainingTask) -> (f32, Vec<[f32; 3]>) {
         let Fold { basis, table } = self.fold(task.material);
         let components = basis.components();
         let at = ComponentsAt::new(basis, pattern.angles.clone());

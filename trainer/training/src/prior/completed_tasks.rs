@@ -14,7 +14,7 @@ use super::refinement::{GaussNewtonRefinement, RefinementGradient, RefinementInp
 use crate::correction::{Corrected, Correction};
 use crate::loss_predictor::LossEvidence;
 use crate::outer::MetaValues;
-use crate::pattern::Pattern;
+use crate::pattern::SamplePattern;
 use crate::tasks::reading::TaskReading;
 use crate::tasks::samples::{WeightedSamples, uniform_weight};
 use crate::tasks::task::TrainingTask;
@@ -48,7 +48,7 @@ pub(super) struct Prepared<'v> {
     pub(super) values: &'v MetaValues,
     pub(super) weights: CompletionWeights<'v>,
     pub(super) hyperparameters: Hyperparameters,
-    pub(super) pattern: Pattern,
+    pub(super) pattern: SamplePattern,
     pub(super) correction: Correction,
     /// The precisions of the ridge fit at [random directions](super::objective::PriorObjective::random_directions).
     pub(super) random_directions: Option<[&'v [f32]; 2]>,
@@ -60,7 +60,7 @@ impl<'v> Prepared<'v> {
         subset: &'v Subset<'v>,
         shape: Shape,
         values: &'v MetaValues,
-        pattern: Pattern,
+        pattern: SamplePattern,
         random_directions: Option<[&'v [f32]; 2]>,
     ) -> Self {
         let components = subset.basis.components();

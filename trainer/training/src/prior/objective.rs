@@ -22,7 +22,7 @@ use super::refinement::GaussNewtonRefinement;
 use super::sample_order::greedy_order;
 use crate::initialization::initial_guess;
 use crate::outer::{MetaValues, OuterStep, scaled_sum};
-use crate::pattern::{Pattern, Reach};
+use crate::pattern::{Reach, SamplePattern};
 use crate::scan_budget::Motion;
 use crate::streams::RandomStreams;
 use crate::tasks::reading::TaskReading;
@@ -38,8 +38,7 @@ pub(super) const COMPONENTS: usize = 24;
 const HIDDEN_UNITS: usize = 64;
 /// The number of hidden units of the StartNet, g.
 const START_UNITS: usize = 32;
-/// The weight of the loss before the descent in the gradient, for models fitted by descent. The weight of the loss
-/// after the descent is 1.
+/// The weight of the loss before the refinement in the gradient. The weight of the loss after it is 1.
 const AUXILIARY_WEIGHT: f32 = 0.3;
 /// The smallest and the largest number of readings at random directions.
 const RANDOM_READINGS: [f32; 2] = [4.0, 64.0];
@@ -133,7 +132,7 @@ impl<'a> PriorObjective<'a> {
             .map_or(ModelKind::Linear, GaussNewtonRefinement::model)
     }
 
-    fn prepare<'v>(&'v self, values: &'v MetaValues, pattern: Pattern) -> Prepared<'v> {
+    fn prepare<'v>(&'v self, values: &'v MetaValues, pattern: SamplePattern) -> Prepared<'v> {
         let Self { subset, shape, .. } = self;
         Prepared::new(subset, *shape, values, pattern, self.random_directions)
     }
@@ -317,10 +316,10 @@ impl<'a> PriorObjective<'a> {
         count: usize,
         options: StepOptions,
         random: &mut ChaCha8Rng,
-    ) -> (Pattern, Vec<TrainingTask>) {
+    ) -> (SamplePattern, Vec<TrainingTask>) {
         let [min, max] = RANDOM_READINGS;
         let samples = (min * (max / min).powf(random.random())) as usize;
-        let pattern = Pattern::new(&Reach::ANY, uniform_valid(samples, random.random()));
+        let pattern = SamplePattern::new(&Reach::ANY, uniform_valid(samples, random.random()));
         let tasks = (0..count).map(|_| self.draw_task(samples, options, random));
         let tasks = tasks.map(|task| task.ending_after(samples));
         (pattern, tasks.collect())

@@ -7,7 +7,7 @@ use glimpse_core::model::linear::unmap;
 use glimpse_core::model::{ModelKind, SampleGradient};
 use glimpse_fitting::linear::ComponentsAt;
 use glimpse_fitting::recipe::sections::{Arena, count};
-use glimpse_kernels::gauss_newton::{FitGradient, GaussNewton, OctetAdjoint};
+use glimpse_kernels::gauss_newton::{FitGradient, GaussNewtonSteps, OctetAdjoint};
 use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, SampleOctets, transpose_rgb};
 use glimpse_kernels::{Dual, ModelKernels};
@@ -175,8 +175,8 @@ impl RefinementInputs<'_> {
         }
     }
 
-    fn steps(&self) -> GaussNewton<'_, f32> {
-        GaussNewton {
+    fn steps(&self) -> GaussNewtonSteps<'_, f32> {
+        GaussNewtonSteps {
             initial: &self.initial,
             precision: &self.hyperparameters.precision,
             error_scale: self.hyperparameters.error_scale,

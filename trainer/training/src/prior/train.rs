@@ -17,7 +17,7 @@ use super::dataset::{Dataset, Subset};
 use super::hyperparameters::Hyperparameters;
 use super::objective::{COMPONENTS, OUTER_SAMPLES, PriorObjective, RANDOM_TASKS, StepOptions};
 use crate::loss_predictor::{HeldOutLoss, LossPredictor};
-use crate::outer::{Criterion, Gradient, PathOfSamples, Phase, Session, Start};
+use crate::outer::{Criterion, Gradient, PathOfSamples, Phase, PhaseStart, Session};
 use crate::result::{Learned, TrainError};
 use crate::tasks::reading::LOG_SCALE;
 use crate::tasks::task::Dropout;
@@ -71,7 +71,7 @@ pub(crate) fn train<'a>(
             earlier: Some(&values),
             ..PriorObjective::new(&subset, options)
         };
-        let fold_phases = fold(&fold_objective, options.effort);
+        let fold_phases = fold_phases(&fold_objective, options.effort);
         let fold_values = run(session, &fold_objective, &fold_phases)?;
         held_out.add(&TrainedFold {
             index,
@@ -184,7 +184,7 @@ impl Steps {
 }
 
 /// Returns the gradient of a phase.
-fn gradient<'a>(
+fn phase_gradient<'a>(
     objective: &'a PriorObjective<'a>,
     dropout: Dropout,
     is_refined: bool,
@@ -201,13 +201,13 @@ fn gradient<'a>(
 fn pattern_search<'a>(
     objective: &'a PriorObjective<'a>,
     steps: usize,
-    start: Option<Start<'a>>,
+    start: Option<PhaseStart<'a>>,
 ) -> Phase<'a> {
     Phase {
         name: "pattern search",
         samples: objective.shape.samples,
         start,
-        gradient: gradient(objective, Dropout::Any, false),
+        gradient: phase_gradient(objective, Dropout::Any, false),
         selection: Criterion::BestValidation(Box::new(|values| objective.selection_loss(values))),
         steps,
         batch: 32,
@@ -226,14 +226,14 @@ fn pattern_search<'a>(
 }
 
 /// Returns the phase that trains the CoefficientNet without a StartNet. Its samples are sorted for scans that end early.
-fn coefficient_net<'a>(
+fn coefficient_net_phase<'a>(
     objective: &'a PriorObjective<'a>,
     steps: usize,
-    start: Option<Start<'a>>,
+    start: Option<PhaseStart<'a>>,
 ) -> Phase<'a> {
     Phase {
         name: "coefficient network",
-        gradient: gradient(objective, Dropout::TailOrFew, false),
+        gradient: phase_gradient(objective, Dropout::TailOrFew, false),
         selection: Criterion::Last,
         final_rate_ratio: 0.01,
         initial_allowance: 1.3,
@@ -245,7 +245,7 @@ fn coefficient_net<'a>(
 ///
 /// Neural can represent what the coefficients do, and is worse on other materials than the training set if they change.
 /// For the models with few parameters, pattern and coefficients are trained again, for the fit.
-fn start_net<'a>(objective: &'a PriorObjective<'a>, steps: usize) -> Phase<'a> {
+fn start_net_phase<'a>(objective: &'a PriorObjective<'a>, steps: usize) -> Phase<'a> {
     let (pattern, coefficient_net_rate) = match objective.model() {
         ModelKind::Neural => (0.0, 0.0),
         _ => (1e-2, 1.5e-3),
@@ -253,7 +253,7 @@ fn start_net<'a>(objective: &'a PriorObjective<'a>, steps: usize) -> Phase<'a> {
     let start = Box::new(|best| objective.choose_initial(best));
     Phase {
         name: "start network",
-        gradient: gradient(objective, Dropout::TailOrFew, true),
+        gradient: phase_gradient(objective, Dropout::TailOrFew, true),
         rates: Groups {
             initial: 1e-3,
             hyperparameters: 1e-2,
@@ -261,7 +261,7 @@ fn start_net<'a>(objective: &'a PriorObjective<'a>, steps: usize) -> Phase<'a> {
             coefficient_net: coefficient_net_rate,
             start_net: 3e-3,
         },
-        ..coefficient_net(objective, steps, Some(start))
+        ..coefficient_net_phase(objective, steps, Some(start))
     }
 }
 
@@ -277,19 +277,23 @@ pub fn phases<'a>(objective: &'a PriorObjective<'a>, effort: Effort) -> Vec<Phas
         return vec![Phase {
             start: None,
             gradient: Box::new(|values, step| objective.gradient(values, step, RANDOM_TASKS)),
-            ..start_net(objective, steps.start_net)
+            ..start_net_phase(objective, steps.start_net)
         }];
     }
     let search = (0..steps.patterns).map(|guess| {
-        let start: Start<'a> = Box::new(move |_| objective.initial_values(guess));
+        let start: PhaseStart<'a> = Box::new(move |_| objective.initial_values(guess));
         pattern_search(objective, steps.search, Some(start))
     });
     let mut phases: Vec<Phase<'a>> = search.collect();
-    let reorder = || -> Start<'a> { Box::new(|best| objective.reorder_samples(best)) };
+    let reorder = || -> PhaseStart<'a> { Box::new(|best| objective.reorder_samples(best)) };
     let start = (!phases.is_empty()).then(reorder);
-    phases.push(coefficient_net(objective, steps.coefficient_net, start));
+    phases.push(coefficient_net_phase(
+        objective,
+        steps.coefficient_net,
+        start,
+    ));
     if steps.start_net > 0 {
-        phases.push(start_net(objective, steps.start_net));
+        phases.push(start_net_phase(objective, steps.start_net));
     }
     phases
 }
@@ -297,11 +301,15 @@ pub fn phases<'a>(objective: &'a PriorObjective<'a>, effort: Effort) -> Vec<Phas
 /// Returns the phases of a cross-validation fold, at a fixed pattern. The resulting losses on the fold's materials, which
 /// the run does not train on, estimate the loss on unseen materials.
 #[must_use]
-pub fn fold<'a>(objective: &'a PriorObjective<'a>, effort: Effort) -> Vec<Phase<'a>> {
+pub fn fold_phases<'a>(objective: &'a PriorObjective<'a>, effort: Effort) -> Vec<Phase<'a>> {
     let [coefficient_net_steps, start_net_steps] = Steps::new(effort, objective.model()).fold;
-    let mut phases = vec![coefficient_net(objective, coefficient_net_steps, None)];
+    let mut phases = vec![coefficient_net_phase(
+        objective,
+        coefficient_net_steps,
+        None,
+    )];
     if start_net_steps > 0 {
-        phases.push(start_net(objective, start_net_steps));
+        phases.push(start_net_phase(objective, start_net_steps));
     }
     for phase in &mut phases {
         phase.name = "cross-validation";

@@ -4,8 +4,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::EPSILON;
 use glimpse_core::numeric::Scalar;
 use glimpse_fitting::linear::ComponentsAt;
-use glimpse_kernels::AngleDual;
-use glimpse_kernels::Dual;
+use glimpse_kernels::{AngleDual, Dual};
 use glimpse_materials::{BrdfWithDerivative, Material, quantize};
 
 use super::highlight_warp::HighlightWarp;

@@ -3,7 +3,7 @@
 //! The augmented material of a task is a mixture of a filtered material and a partner, each with a highlight warp. A
 //! smooth field multiplies the mixture.
 
-use glimpse_fitting::recipe::Noise;
+use glimpse_fitting::recipe::ReadingNoise;
 use glimpse_kernels::lanes::WIDTH;
 use glimpse_kernels::samples::OctetRgb;
 use rand::seq::SliceRandom;
@@ -20,7 +20,7 @@ pub struct ReadingOptions {
     /// The share of tasks with missing readings.
     pub missing_share: f32,
     /// The noise of readings.
-    pub noise: Noise,
+    pub noise: ReadingNoise,
 }
 
 impl ReadingOptions {
@@ -215,7 +215,7 @@ impl TrainingTask {
         });
         let field = [(); FIELD_TERMS].map(|()| FIELD_DEVIATION * standard_normal(random));
         let present = draw_present(samples, options.missing_share, dropout, random);
-        let Noise {
+        let ReadingNoise {
             multiplicative,
             additive,
             ..

@@ -56,7 +56,7 @@ pub extern "C" fn load_recipe() -> u32 {
     SCENE.with(|scene| scene.run(Scene::load_recipe))
 }
 
-/// Displays the table in buffer 2, a compact basis with the material's three channels as components.
+/// Displays the table in buffer 2, a basis with the material's three channels as components.
 #[unsafe(no_mangle)]
 pub extern "C" fn load_table() -> u32 {
     SCENE.with(|scene| scene.run(Scene::load_table))

@@ -16,6 +16,7 @@ use std::io;
 use std::path::Path;
 
 use glimpse_core::geometry::Angles;
+use glimpse_kernels::AngleDual;
 use glimpse_kernels::dual::RealScalar;
 use memmap2::{Mmap, MmapMut};
 use rayon::prelude::*;
@@ -28,7 +29,6 @@ use crate::basis::split_duals;
 use crate::error::{Defect, map_file};
 use crate::interpolation::corners;
 use crate::{Brdf, BrdfWithDerivative, Coverage, Material, NotFinite, SourceError};
-use glimpse_kernels::AngleDual;
 
 /// Scale factors from stored values to the BRDF, in red, green and blue.
 const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];

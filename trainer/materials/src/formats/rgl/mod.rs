@@ -30,6 +30,7 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_kernels::AngleDual;
 
 use self::distribution::{Densities, TableShape};
 use self::sample_point::unit_theta;
@@ -41,7 +42,6 @@ use crate::error::{Defect, ensure, map_file};
 use crate::interpolation::Position;
 use crate::spectrum::Viewing;
 use crate::{Brdf, BrdfWithDerivative, Coverage, Material, SourceError};
-use glimpse_kernels::AngleDual;
 
 /// A material from a measurement of the RGL database.
 ///

@@ -8,7 +8,7 @@ use glimpse_core::model::{CookTorrance, Model, Neural, Phong, Sample, SampleGrad
 use glimpse_core::numeric::{Real, Scalar};
 use glimpse_gradcheck::cases::{Variables, cook_torrance, neural, phong, sample, variables};
 use glimpse_gradcheck::{Forward, compare};
-use glimpse_kernels::gauss_newton::{FitGradient, GaussNewton, ReadingAdjoint};
+use glimpse_kernels::gauss_newton::{FitGradient, GaussNewtonSteps, ReadingAdjoint};
 use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient, SampleList};
 use glimpse_materials::sampling::uniform_valid;
 use proptest::prelude::*;
@@ -164,8 +164,8 @@ impl<R: Real> Steps<R> {
         }
     }
 
-    fn fit(&self) -> GaussNewton<'_, R> {
-        GaussNewton {
+    fn fit(&self) -> GaussNewtonSteps<'_, R> {
+        GaussNewtonSteps {
             initial: &self.initial,
             precision: &self.precision,
             error_scale: self.error_scale,

@@ -8,7 +8,7 @@ use glimpse_kernels::lanes::{InstructionSet, WIDTH};
 use glimpse_kernels::samples::SampleOctets;
 use glimpse_materials::sampling::sobol_valid;
 use glimpse_training::initialization::initial_guess;
-use glimpse_training::pattern::{Pattern, Reach};
+use glimpse_training::pattern::{Reach, SamplePattern};
 use glimpse_training::tasks::pool::WarpedPool;
 use glimpse_training::tasks::samples::WeightedSamples;
 use glimpse_training::tasks::task::TrainingTask;
@@ -158,7 +158,7 @@ fn compare<M: Model>() {
             directions[23].theta_h = 1.5;
             directions[23].theta_d = 1.5;
         }
-        let pattern = Pattern::new(&Reach::ANY, directions);
+        let pattern = SamplePattern::new(&Reach::ANY, directions);
         let material = &setting.pool.materials()[1];
         let brdf = pattern.angles.iter().map(|at| material.at_angles(*at));
         let (brdf, directions) = (brdf.collect::<Vec<_>>(), &pattern.octet_directions);

@@ -11,7 +11,7 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::model::linear::map;
 use glimpse_core::numeric::Rows;
 
-use glimpse_fitting::recipe::Noise;
+use glimpse_fitting::recipe::ReadingNoise;
 use glimpse_fitting::recipe::options::{Effort, Schedule, TrainingOptions};
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape, complete};
 use glimpse_kernels::scan::scan_with_missing;
@@ -58,7 +58,7 @@ fn with_reach<T>(
 ) -> T {
     let reading_options = ReadingOptions {
         missing_share: 0.5,
-        noise: Noise {
+        noise: ReadingNoise {
             multiplicative: 0.02,
             additive: 0.001,
             // Quantization of a sensor has no derivative.
