@@ -149,15 +149,17 @@ impl ScanState {
         Reply::Accepted
     }
 
-    /// Accepts a reading that the device saved, if it equals the reading that the device received.
+    /// Accepts a reading that the device saved, if it equals the reading that the device received before its hello.
     fn accept_restored(&mut self, index: u16, reading: Reading) -> Reply {
         let bits = |reading: Reading| (reading.brdf.map(f32::to_bits), reading.saturated);
         let received = self.readings.get(&index);
-        if received.is_none_or(|received| bits(received.reading) != bits(reading)) {
-            return Reply::Refused(ErrorCode::RefusedRestored);
+        let is_same = received.is_some_and(|received| bits(received.reading) == bits(reading));
+        // Samples of this scan were read after the hello.
+        if is_same && self.samples.insert(index) {
+            Reply::Accepted
+        } else {
+            Reply::Refused(ErrorCode::RefusedRestored)
         }
-        self.samples.insert(index);
-        Reply::Accepted
     }
 }
 

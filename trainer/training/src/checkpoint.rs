@@ -79,7 +79,7 @@ pub struct TrainingState {
     pub epoch_loss: f32,
     /// The weight of a second of motion, for a run with a [scan budget](super::scan_budget).
     pub motion_weight: f32,
-    /// The best values so far with their loss, as defined by the phase's [`Criterion`](super::outer::Selection).
+    /// The best values so far with their loss, as defined by the phase's [`Criterion`](super::outer::Criterion).
     pub best: Option<(f32, MetaValues)>,
 }
 

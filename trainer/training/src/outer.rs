@@ -31,7 +31,7 @@ pub struct OuterStep {
 /// Returns the meta-parameters that a phase starts with, given the best ones so far, or the present ones without
 /// them.
 pub type PhaseStart<'a> = Box<dyn Fn(MetaValues) -> MetaValues + 'a>;
-/// Returns the loss of a step, and its gradient, which includes the [barrier](super::pattern::Pattern::barrier).
+/// Returns the loss of a step, and its gradient, which includes the [barrier](super::pattern::SamplePattern::barrier).
 pub type Gradient<'a> = Box<dyn Fn(&MetaValues, OuterStep) -> (f32, MetaValues) + 'a>;
 /// Returns a loss, by which the best meta-parameters are selected.
 pub type SelectionLoss<'a> = Box<dyn Fn(&MetaValues) -> f32 + 'a>;
@@ -41,7 +41,7 @@ pub enum Criterion<'a> {
     /// The smallest loss on validation materials, if it is below the best so far.
     BestValidation(SelectionLoss<'a>),
     /// The smallest training loss over an epoch of this many steps, including the
-    /// [barrier](super::pattern::Pattern::barrier). Results of earlier phases are discarded.
+    /// [barrier](super::pattern::SamplePattern::barrier). Results of earlier phases are discarded.
     BestEpoch(usize),
     /// The final meta-parameters.
     Last,

@@ -28,7 +28,7 @@ pub trait PaperObjective: Sync {
     fn initial_values(&self) -> MetaValues;
 
     /// Returns the mean outer loss over a step's batch of tasks, and its gradient. The gradient includes the
-    /// [barrier](crate::pattern::Pattern::barrier), the loss does not.
+    /// [barrier](crate::pattern::SamplePattern::barrier), the loss does not.
     fn gradient(
         &self,
         values: &MetaValues,

@@ -255,7 +255,7 @@ impl<'a> PriorObjective<'a> {
     }
 
     /// Returns the weighted mean loss over a step's batch of tasks, and its gradient, which includes the
-    /// [barrier](crate::pattern::Pattern::barrier).
+    /// [barrier](crate::pattern::SamplePattern::barrier).
     #[must_use]
     pub fn gradient(
         &self,
