@@ -41,8 +41,9 @@ pub struct MaterialFit {
 pub enum FitFailure {
     /// Readings are missing, and the recipe needs all of them.
     #[error(
-        "samples {missing:?} were not measured, but the recipe needs all {samples}; measure them as well, or use a recipe \
-         that was trained with {} 0.5",
+        "{} not measured, but the recipe needs all {samples}; measure them as well, or use a recipe that was trained with \
+         {} 0.5",
+        samples_of(missing),
         Name("missing")
     )]
     Missing {
@@ -62,6 +63,12 @@ pub enum FitFailure {
         "the model {0} cannot follow readings in bands: give a recipe of the model linear or neural, or readings in RGB"
     )]
     Bands(ModelKind),
+}
+
+/// Returns "sample 1, sample 2".
+fn samples_of(indices: &[usize]) -> String {
+    let names = indices.iter().map(|index| format!("sample {index}"));
+    names.collect::<Vec<_>>().join(", ")
 }
 
 impl Selection {

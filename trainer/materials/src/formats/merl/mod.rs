@@ -75,8 +75,8 @@ impl MerlTable {
         let filled = unmeasured.share();
         if filled > MAX_UNMEASURED {
             let defect = format!(
-                "a channel has no value, or a negative one, at {:.1} % of the directions above the horizon, and at most \
-                 {:.0} % may be unknown",
+                "a channel is NaN, or below 0 in a file, at {:.1} % of the directions above the horizon, and at most \
+                 {:.0} % may be",
                 100.0 * filled,
                 100.0 * MAX_UNMEASURED
             );
