@@ -152,12 +152,15 @@ pub struct PathOfSamples<'a> {
     pub permute: &'a dyn Fn(MetaValues, &[usize]) -> MetaValues,
 }
 
-/// The maximum time between two checkpoints.
-const MAX_INTERVAL: Duration = Duration::from_secs(10);
+/// The smallest and the largest time between two checkpoints. Each one waits for the disk.
+const INTERVALS: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(10)];
 
-/// Returns true if a checkpoint is due: a killed run loses at most a twentieth of its time, and 10 s.
-fn is_due(begin: Instant, last_saved: Instant) -> bool {
-    last_saved.elapsed() >= MAX_INTERVAL.min(begin.elapsed() / 20)
+/// Returns true if a checkpoint is due: the first one, and those without which a killed run would lose a fifth of its time,
+/// or 10 s.
+fn is_due(begin: Instant, last_saved: Option<Instant>) -> bool {
+    let [shortest, longest] = INTERVALS;
+    let interval = (begin.elapsed() / 5).clamp(shortest, longest);
+    last_saved.is_none_or(|last_saved| last_saved.elapsed() >= interval)
 }
 
 /// The runs of a training. The observer sees their steps as those of one run.
@@ -220,7 +223,7 @@ impl<'s, 'o> Session<'s, 'o> {
         };
         let mut state = resumed.unwrap_or_else(|| TrainingState::new(self.identity, initial));
         let begin = Instant::now();
-        let mut last_saved = begin;
+        let mut last_saved = None;
         for (phase, outer_step) in outer_steps(phases).skip(state.done) {
             advance(&mut state, phase, outer_step, path.as_ref());
             let stop = (self.observer)(&TrainingProgress {
@@ -240,7 +243,7 @@ impl<'s, 'o> Session<'s, 'o> {
                 && (stop || state.done == steps || is_due(begin, last_saved))
             {
                 state.write(file)?;
-                last_saved = Instant::now();
+                last_saved = Some(Instant::now());
             }
             if stop {
                 return Err(TrainError::Stopped(self.done + state.done));

@@ -61,12 +61,14 @@ impl ComponentsAt {
     }
 
     /// Returns n, the number of directions.
+    #[inline]
     #[must_use]
     pub fn count(&self) -> usize {
         self.angles.len()
     }
 
     /// Returns the components at a direction.
+    #[inline]
     #[must_use]
     pub fn row(&self, direction: usize) -> &[f32] {
         &self.rows[direction * self.components..][..self.components]
@@ -85,6 +87,7 @@ impl ComponentsAt {
     }
 
     /// Returns a BRDF at a direction (sr⁻¹, not times the cosine), mapped and minus the mean.
+    #[inline]
     #[must_use]
     pub fn mapped(&self, direction: usize, brdf: AngleDual<f32>) -> AngleDual<f32> {
         map(brdf, self.cosines[direction]) - self.mean[direction]
@@ -92,6 +95,7 @@ impl ComponentsAt {
 
     /// Returns the BRDF of coefficients at a direction, sr⁻¹, not times the cosine. `coefficients` are those of red, then
     /// green, then blue.
+    #[inline]
     #[must_use]
     pub fn brdf(&self, direction: usize, coefficients: &[f32]) -> [f32; 3] {
         let row = self.row(direction);
@@ -105,6 +109,7 @@ impl ComponentsAt {
 
     /// Returns the ridge system of readings at the directions. `precision` has K values, `scales` the weight of each
     /// reading.
+    #[inline]
     #[must_use]
     pub fn system<'s>(
         &'s self,
@@ -183,12 +188,16 @@ impl ComponentsAt {
     }
 }
 
+// The functions of inner loops are inlined into other crates, of which training is one.
+
 /// Returns the sum of products, up to the length of the shorter list.
+#[inline]
 pub fn dot(a: &[f32], b: &[f32]) -> f32 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// sum += factor * list, up to the length of the shorter list
+#[inline]
 pub fn add_scaled(sum: &mut [f32], factor: f32, list: &[f32]) {
     for (entry, value) in sum.iter_mut().zip(list) {
         *entry += factor * value;
