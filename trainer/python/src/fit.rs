@@ -90,7 +90,9 @@ impl PyFittedMaterial {
 
     /// The report on the fit: a dict with the keys of the trainer's material.json. `expected_loss` is a dict of the
     /// predicted `loss`, its upper `bound`, which holds for 90 % of materials, and `unlike_training`, or None if it is
-    /// unknown. `readings` has the `outliers`, readings that are improbable given the others, worst first.
+    /// unknown. `loss_scale` has losses to compare it with. `readings` has the `outliers`, readings that are improbable
+    /// given the others, worst first. `gaps` has what the readings leave open: gloss, large angles, color, and the
+    /// `next` reading, which would help most.
     #[getter]
     fn report<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
         to_python(py, self.to_report())
@@ -182,7 +184,8 @@ impl PyFittedMaterial {
     }
 
     fn __repr__(&self) -> String {
-        let used = self.to_report().readings.used;
+        let readings = &self.fit.selection.readings;
+        let used = readings.indices(|sample| sample.used().is_some()).len();
         format!(
             "<glimpse_brdf.FittedMaterial of the model {} from {used} readings>",
             self.model()

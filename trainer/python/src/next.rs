@@ -1,9 +1,11 @@
 //! The directions to read next.
 
 use glimpse_fitting::linear::Proposal;
+use glimpse_fitting::measurement::LossScale;
 use pyo3::prelude::*;
 
-use crate::arrays::Array;
+use crate::arrays::{Array, to_python};
+use crate::error::Result;
 
 /// Directions to read next, in order, and the losses to expect after each of them.
 #[pyclass(frozen, name = "Proposals", module = "glimpse_brdf")]
@@ -11,6 +13,7 @@ pub(crate) struct PyProposals {
     pub(crate) proposals: Vec<Proposal>,
     pub(crate) has_seconds: bool,
     pub(crate) so_far: f32,
+    pub(crate) scale: LossScale,
 }
 
 #[pymethods]
@@ -39,6 +42,13 @@ impl PyProposals {
     #[getter]
     fn expected_loss_so_far(&self) -> f32 {
         self.so_far
+    }
+
+    /// Losses to compare with: a dict of that of the material in `black`, of a `good` fit, and of one that is
+    /// `just_visible`.
+    #[getter]
+    fn loss_scale<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
+        to_python(py, self.scale)
     }
 
     /// The time to move to each direction and to read there, in seconds, shape (k,). None without a speed.

@@ -26,13 +26,23 @@ impl<'py> ReadingArgs<'py> {
         directions: Option<&Bound<'py, PyAny>>,
     ) -> Result<Readings> {
         let path = readings.extract::<PathBuf>().ok();
-        let rows = match &path {
+        // One number for all readings, or else an array.
+        let noise = self.0.get_item("noise")?;
+        let noise = noise.and_then(|noise| noise.extract::<f32>().ok());
+        if let Some(noise) = noise {
+            if !(0.0..=1.0).contains(&noise) {
+                return reject(format!("noise must be 0 to 1, not {noise}"));
+            }
+            self.0.del_item("noise")?;
+        }
+        let mut rows = match &path {
             Some(_) if directions.is_some() => {
                 return reject("directions has no effect: the file of readings states them");
             }
             Some(path) => ReadingRows::read(path, &AngleArgs::default())?,
             None => self.rows(given, readings, directions)?,
         };
+        rows.noise = noise;
         let quantity = match self.take("white")? {
             None => self.multiple(&rows)?,
             Some(white) => {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glimpse_core::numeric::Rows;
 use glimpse_core::recipe::Recipe;
 use glimpse_fitting::linear::Posterior;
-use glimpse_fitting::measurement::{NamedRecipe, Readings};
+use glimpse_fitting::measurement::{LossScale, NamedRecipe, Readings};
 use glimpse_fitting::recipe::RecipeFile;
 use glimpse_fitting::route::{PlanArgs, SpeedArgs, arms_in_degrees};
 use glimpse_materials::basis::BasisTable;
@@ -200,7 +200,8 @@ impl PyRecipe {
     /// every angle. If a reading is further away, all are fitted with the bundled recipe of the model for readings at any
     /// directions, and the `report` says so. With a recipe that was trained with `samples="any"`,
     /// directions are arbitrary. Repeated readings are averaged. `saturated` has one boolean for each reading, True if the
-    /// sensor was saturated. `noise` has the standard deviation of each reading, relative to it, at any directions.
+    /// sensor was saturated. At any directions, `noise` is the standard deviation of the readings, relative to them: one
+    /// number, or one for each reading. By default it is estimated from repeated readings, or else 0.02.
     ///
     /// `quantity` is "brdf" (default; sr^-1, linear RGB), "brdf-cos-i" or "brdf-cos-o" (the BRDF times the cosine of
     /// theta_i or theta_o), or "reflectance-factor" (the BRDF times pi), relative to a tile of `white_reflectance` (default
@@ -288,6 +289,7 @@ impl PyRecipe {
             proposals,
             has_seconds: machine.speeds != SpeedArgs::default(),
             so_far: posterior.expected_loss().loss,
+            scale: LossScale::of(&posterior),
         })
     }
 

@@ -306,8 +306,15 @@ def test_completes_readings_at_any_directions(model):
     assert glimpse.loss(material, fitted) < report["expected_loss"]["bound"]
     again = pickle.loads(pickle.dumps(fitted))
     np.testing.assert_array_equal(again.parameters, fitted.parameters)
+    assert report["noise"]["source"] == "default" and report["gaps"]["gloss"] is None
+    assert report["loss_scale"]["black"] > report["expected_loss"]["loss"]
+    exact = recipe.fit(material(pairs), pairs, noise=0)
+    assert exact.report["noise"]["source"] == "stated"
+    each = recipe.fit(material(pairs), pairs, noise=np.zeros(len(pairs)))
+    np.testing.assert_array_equal(each.parameters, exact.parameters)
+    assert_names(str(pytest.raises(glimpse.GlimpseError, recipe.fit, material(pairs), pairs, noise=2).value), "noise")
     # A recipe of the same directions gives the same fit, in their order.
-    np.testing.assert_allclose(recipe.at(pairs).fit(material(pairs)).parameters, fitted.parameters, atol=2e-3)
+    np.testing.assert_allclose(recipe.at(pairs).fit(material(pairs)).parameters, exact.parameters, atol=2e-3)
     with pytest.raises(glimpse.GlimpseError):
         recipe.fit(material(pairs))
 
@@ -317,6 +324,7 @@ def test_next_leads_a_scan(trainer, tmp_path):
     recipe = glimpse.Recipe((BUNDLED / "any/linear-any.recipe").read_bytes(), basis)
     material = glimpse.load_material("procedural:1:9")
     first = recipe.next(count=2)
+    assert first.loss_scale["black"] > first.loss_scale["just_visible"]
     assert len(first) == 2 and first.seconds is None and first.directions.shape == (2, 2, 3)
     pairs, losses = first.directions, [first.expected_loss_so_far]
     machine = Machine(settle_seconds=1, max_theta_i_degrees=70)

@@ -6,9 +6,12 @@
 mod angles;
 mod bands;
 mod fit;
+mod gaps;
 mod instrument;
 mod layout;
+mod loss_scale;
 mod next;
+mod noise;
 mod outliers;
 mod placement;
 mod quantity;
@@ -23,8 +26,12 @@ pub use angles::{
     AngleArgs, AngleConvention, AngleRow, AngleTable, angles_from_vectors, rusinkiewicz,
 };
 pub use fit::{FitFailure, MaterialFit, Selection};
+pub use gaps::{Gaps, GlossGap};
 pub use instrument::Instrument;
 pub use layout::AngleUnit;
+pub use loss_scale::LossScale;
+pub use next::NextReading;
+pub use noise::{DEFAULT_NOISE, NoiseSource, NoiseSummary};
 pub use outliers::Outliers;
 pub use placement::AngularDistance;
 pub use quantity::{CountCalibration, LargerSpot, Multiple, ReadingQuantity};

@@ -1,10 +1,38 @@
 //! The directions to read next.
 
 use crate::linear::{Candidates, Posterior, Proposal};
-use crate::route::{MachineArgs, PlanError, TimedMachine, stops};
-use glimpse_core::geometry::Angles;
+use crate::route::{MachineArgs, PlanError, TimedMachine, relative_arms, stops};
+use glimpse_core::geometry::{Angles, Arms};
+use serde::Serialize;
 
 use super::NamedRecipe;
+
+/// A proposed reading.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct NextReading {
+    /// The direction, in degrees.
+    #[serde(flatten)]
+    pub arms: Arms<f64>,
+    /// The time to move there and to read; None without a speed.
+    pub seconds: Option<f64>,
+    /// The expected loss after this reading and the earlier ones.
+    pub expected_loss: f32,
+    /// Its upper bound, which holds for 90 % of materials.
+    pub bound: f32,
+}
+
+impl NextReading {
+    /// Describes a proposal. Its time is known with a speed.
+    #[must_use]
+    pub fn new(proposal: &Proposal, has_seconds: bool) -> Self {
+        Self {
+            arms: relative_arms(proposal.angles),
+            seconds: has_seconds.then_some(proposal.seconds),
+            expected_loss: proposal.expected_loss,
+            bound: proposal.bound,
+        }
+    }
+}
 
 impl NamedRecipe {
     /// Returns the machine of some options, with defaults of the machine that the recipe was trained for.

@@ -16,8 +16,6 @@ const TOLERANCE: f64 = 0.5;
 pub(super) struct Placement {
     /// The directions of the samples, in radians.
     pub(super) directions: Vec<Angles<f32>>,
-    /// The standard deviation of the mean reading's noise at each of a row's own directions, relative to the reading.
-    pub(super) noise: Vec<f32>,
     /// The index of each row's sample.
     pub(super) of_rows: Vec<usize>,
     /// The largest distance of a row's directions from its sample's; None if no row has directions of a pattern.
@@ -135,7 +133,6 @@ impl ReadingRows {
             }
         }
         Ok(Placement {
-            noise: vec![0.0; directions.len()],
             directions,
             of_rows,
             max_distance,
@@ -150,8 +147,6 @@ impl ReadingRows {
         let mut directions = Vec::new();
         let mut known: HashMap<[u32; 3], usize> = HashMap::new();
         let mut of_rows = Vec::with_capacity(self.readings.len());
-        // Sums of variances, and numbers of readings.
-        let mut noise: Vec<(f32, f32)> = Vec::new();
         for row in &self.readings {
             let error = |message| self.line_error(row.line, message);
             let angles = row.angles.ok_or_else(|| {
@@ -164,15 +159,10 @@ impl ReadingRows {
             let sample = *known.entry(bits).or_insert(directions.len());
             if sample == directions.len() {
                 directions.push(angles);
-                noise.push((0.0, 0.0));
             }
-            noise[sample].0 += row.noise.unwrap_or_default().powi(2);
-            noise[sample].1 += 1.0;
             of_rows.push(sample);
         }
-        let noise = noise.iter().map(|(sum, count)| sum.sqrt() / count);
         Ok(Placement {
-            noise: noise.collect(),
             directions,
             of_rows,
             max_distance: None,

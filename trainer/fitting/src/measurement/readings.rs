@@ -4,9 +4,11 @@ use crate::linear::{CoefficientPrior, LeftOut, PosteriorReading};
 use clap::ValueEnum;
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Repeated;
+use glimpse_materials::setting::Name;
 use serde::Serialize;
 
 use super::angles::to_directions;
+use super::noise::{DEFAULT_NOISE, NoiseSummary};
 use super::placement::AngularDistance;
 use super::quantity::{Conversion, ReadingQuantity};
 use super::recipe::NamedRecipe;
@@ -53,7 +55,7 @@ impl SampleReading {
             angles,
             brdf: Repeated::default(),
             bands: Vec::new(),
-            noise: 0.0,
+            noise: DEFAULT_NOISE,
             status: ReadingStatus::Missing,
             prediction: None,
         }
@@ -91,6 +93,8 @@ impl SampleReading {
 pub struct Readings {
     /// The recipe: a given one at its own directions, or one without a pattern at those of the readings.
     pub recipe: NamedRecipe,
+    /// Their noise; None if the recipe is for its own directions. Its fit has the noise of its training.
+    pub noise: Option<NoiseSummary>,
     /// The reason that the given recipe does not fit the readings.
     pub off_pattern: Option<String>,
     /// The samples.
@@ -124,33 +128,31 @@ impl Readings {
                 rows.file_error("all of its rows are empty; give a file with readings".to_owned())
             );
         }
+        let stated = rows.readings.iter().filter(|row| row.noise.is_some());
+        let (stated, all, option) = (stated.count(), rows.readings.len(), Name("noise"));
+        if rows.noise.is_some() && stated == all {
+            let message = "has no effect, because all rows state their noise; remove it";
+            return Err(rows.file_error(format!("{option} {message}")));
+        }
+        if !given.is_any() && (rows.noise.is_some() || stated > 0) {
+            return Err(rows.file_error(format!(
+                "a stated noise has no effect with a recipe for its own directions; remove the column noise or {option}, or \
+                 fit with a recipe of `--samples any`"
+            )));
+        }
         let (mut matched, mut off_pattern) = (None, None);
         if !given.is_any() {
-            if let Some(row) = rows.readings.iter().find(|row| row.noise.is_some()) {
-                let message = "column noise: it has no effect with a recipe for its own directions; remove it, or fit with \
-                               a recipe of `--samples any`";
-                return Err(rows.line_error(row.line, message));
-            }
             match rows.match_to_pattern(given.file.recipe().pattern().collect()) {
-                Ok(placement) => matched = Some((given.clone(), placement)),
+                Ok(placement) => matched = Some(placement),
                 Err(unmatched) if unmatched.is_off_pattern => off_pattern = Some(unmatched.message),
                 Err(unmatched) => return Err(rows.file_error(unmatched.message)),
             }
         }
-        let at_own_directions = || {
-            let own = rows.own_samples()?;
-            let recipe = given.continuing().at(&own.directions, &own.noise);
-            let recipe = recipe.map_err(|defect| rows.file_error(defect.to_string()))?;
-            Ok((recipe, own))
-        };
-        let (recipe, placement) = matched.map_or_else(at_own_directions, Ok)?;
+        let has_pattern = matched.is_some();
+        let placement = matched.map_or_else(|| rows.own_samples(), Ok)?;
         let conversion = Conversion::new(&rows, &quantity, &placement.directions)?;
-        let samples = placement.directions.iter().zip(placement.noise);
-        let samples = samples.map(|(angles, noise)| SampleReading {
-            noise,
-            ..SampleReading::new(*angles)
-        });
-        let mut samples: Vec<SampleReading> = samples.collect();
+        let samples = placement.directions.iter().copied();
+        let mut samples: Vec<SampleReading> = samples.map(SampleReading::new).collect();
         for (row, index) in rows.readings.iter().zip(&placement.of_rows) {
             let sample = &mut samples[*index];
             let at = to_directions(row.angles.unwrap_or(sample.angles.map(f64::from)));
@@ -170,8 +172,26 @@ impl Readings {
             let count = sample.brdf.count as f32;
             sample.bands.iter_mut().for_each(|sum| *sum /= count);
         }
+        let repeats = samples.iter().map(|sample| {
+            // Saturation hides the variation.
+            let is_known = !sample.brdf.saturated;
+            let variation = sample.coefficient_of_variation().filter(|_| is_known)?;
+            Some(((sample.brdf.count - 1) as f32, variation))
+        });
+        let repeats: Vec<_> = repeats.collect();
+        let (noise, deviations) = rows.noise_of_samples(&placement.of_rows, &repeats);
+        for (sample, deviation) in samples.iter_mut().zip(&deviations) {
+            sample.noise = *deviation;
+        }
+        let recipe = if has_pattern {
+            given.clone()
+        } else {
+            let recipe = given.continuing().at(&placement.directions, &deviations);
+            recipe.map_err(|defect| rows.file_error(defect.to_string()))?
+        };
         Ok(Self {
             recipe,
+            noise: (!has_pattern).then_some(noise),
             off_pattern,
             samples,
             max_distance: placement.max_distance,

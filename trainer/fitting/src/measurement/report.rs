@@ -9,6 +9,9 @@ use glimpse_materials::{BasisFile, Brdf, FittedMaterial, Viewing};
 use serde::Serialize;
 
 use super::fit::MaterialFit;
+use super::gaps::Gaps;
+use super::loss_scale::LossScale;
+use super::noise::NoiseSummary;
 use super::readings::ReadingStatus;
 use super::spectrum::SpectrumReport;
 use crate::choice::Choice;
@@ -25,10 +28,16 @@ pub struct FitReport {
     pub measured: InputSummary,
     /// The readings.
     pub readings: ReadingSummary,
+    /// The noise of the readings; None with a recipe for its own directions, whose fit has the noise of its training.
+    pub noise: Option<NoiseSummary>,
+    /// The properties of the material about which the readings state nothing.
+    pub gaps: Gaps,
     /// The residual at the used readings.
     pub residual: Residual,
     /// The expected loss; None if it is unknown.
     pub expected_loss: Option<LossPrediction>,
+    /// Losses to compare it with.
+    pub loss_scale: LossScale,
     /// The colors of bands; None without bands.
     pub spectrum: Option<SpectrumReport>,
 }
@@ -134,8 +143,11 @@ impl FitReport {
                 furthest_degrees: readings.max_distance.map(|distance| distance.degrees),
             },
             readings: ReadingSummary::new(fit),
+            noise: readings.noise,
+            gaps: Gaps::new(fit),
             residual: fit.residual,
             expected_loss: None,
+            loss_scale: LossScale::of(&fit.selection.posterior),
             spectrum: SpectrumReport::new(fit, viewing),
         };
         let is_enough = 2 * report.readings.used >= recipe.samples();

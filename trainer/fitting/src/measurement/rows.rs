@@ -41,10 +41,12 @@ pub struct ReadingRows {
     pub wavelengths: Vec<f32>,
     /// The readings, without empty rows.
     pub readings: Vec<LabReading>,
+    /// The standard deviation of the noise of rows that do not state it, relative to the reading; None if it is unknown.
+    pub noise: Option<f32>,
     /// True if the readings are from an array.
     is_array: bool,
     /// True if one column has the numbers of red, green and blue.
-    is_monochrome: bool,
+    pub(super) is_monochrome: bool,
     /// The weights of bands in red, green and blue.
     weights: Vec<[f64; 3]>,
     /// The line and the lowercase text of each entry in the column `quantity` that differs from those above.
@@ -146,6 +148,7 @@ impl ReadingRows {
             path,
             is_array,
             is_monochrome: false,
+            noise: None,
             weights: Viewing::default().rgb_weights(&wavelengths),
             wavelengths,
             quantities: Vec::new(),

@@ -111,7 +111,7 @@ impl SpectrumReport {
 }
 
 /// Returns the sensor's angle from the mirror direction in degrees, negative if it is further from the light.
-fn aspecular(at: &HalfDifference<f32>) -> f32 {
+pub(super) fn aspecular(at: &HalfDifference<f32>) -> f32 {
     let pair = at.directions();
     let [x, y, z] = pair.incoming;
     let mirror = [-x, -y, z];

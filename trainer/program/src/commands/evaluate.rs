@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_evaluation::evaluation::{Degradation, Evaluator, Method};
-use glimpse_fitting::measurement::NamedRecipe;
+use glimpse_fitting::measurement::{LossScale, NamedRecipe};
 use glimpse_materials::Source;
 use glimpse_materials::basis::BasisTable;
 
@@ -124,6 +124,8 @@ impl Evaluate {
         let progress = StepProgress::new("rendering the materials", materials.len());
         let evaluator = Evaluator::new(&materials);
         drop(progress);
+        let black = (0..materials.len()).map(|index| evaluator.loss(index, LossScale::BLACK));
+        let loss_scale = LossScale::new(black.sum::<f64>() / materials.len() as f64);
         let (mut reports, mut methods) = (Vec::new(), Vec::new());
         for ((path, named), adaptive) in self.recipe.iter().zip(&recipes).zip(adaptive) {
             let recipe = named.file.recipe();
@@ -149,6 +151,7 @@ impl Evaluate {
             reports.push(RecipeReport {
                 recipe: name.clone(),
                 report,
+                loss_scale,
                 promise: named.file.metadata().expected_loss,
                 stated_loss: expected_loss(&recipe)?,
                 target: target.transpose()?,

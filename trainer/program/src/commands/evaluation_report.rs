@@ -2,11 +2,12 @@
 
 use glimpse_evaluation::evaluation::{Estimate, EvaluationReport, TargetReport, TrainingOverlap};
 use glimpse_evaluation::metrics::{METRICS, Metrics};
+use glimpse_fitting::measurement::LossScale;
 use glimpse_fitting::recipe::expected_loss::ValidatedLoss;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::expected_loss::standard_error;
+use super::expected_loss::{standard_error, with_scale};
 use super::training_overlap::warnings;
 use crate::report::{Column, Table, metric_columns};
 
@@ -17,6 +18,8 @@ pub(super) struct RecipeReport {
     pub(super) recipe: String,
     #[serde(flatten)]
     pub(super) report: EvaluationReport,
+    /// Losses to compare predicted losses with: means over the materials.
+    pub(super) loss_scale: LossScale,
     /// The expected loss that the recipe states.
     pub(super) promise: Option<ValidatedLoss>,
     /// The same as text.
@@ -46,8 +49,8 @@ impl RecipeReport {
                 format!("; rank correlation of predicted and true losses: {rank:.2}")
             });
             remarks.push(format!(
-                "mean loss predicted from the readings: {:.4}{rank}",
-                prediction.loss
+                "mean loss predicted from the readings: {}{rank}",
+                with_scale(prediction.loss as f32, None, &self.loss_scale)
             ));
             remarks.extend(prediction.bound_coverage.map(|coverage| {
                 format!(

@@ -1,9 +1,11 @@
-//! Text of a recipe's expected loss. It always names the materials on which the loss was measured.
+//! Text of expected losses. That of a recipe names the materials on which it was measured, that of readings has other losses
+//! to compare it with.
 
 use std::fmt::Display;
 
 use glimpse_core::recipe::Recipe;
 use glimpse_fitting::bundled;
+use glimpse_fitting::measurement::LossScale;
 use glimpse_fitting::recipe::expected_loss::{ValidatedLoss, ValidationSplit};
 use glimpse_fitting::recipe::{Metadata, MetadataError};
 use glimpse_materials::{Origin, SourceShare};
@@ -29,6 +31,17 @@ pub(super) fn expected_loss(recipe: &Recipe<'_>) -> Result<Option<String>, Metad
     Ok(Some(format!(
         "{loss:.4}{error}, measured on {count} {materials}; {caution}"
     )))
+}
+
+/// Describes a loss that was predicted from readings.
+pub(super) fn with_scale(loss: f32, bound: Option<f32>, scale: &LossScale) -> String {
+    let bound = bound.map_or(String::new(), |bound| {
+        format!("at most {bound:.4} for 90 % of materials; ")
+    });
+    format!(
+        "{loss:.4} ({bound}black would be {:.3}, a good fit {}, just visible {})",
+        scale.black, scale.good, scale.just_visible
+    )
 }
 
 /// Describes a standard error, to follow its mean.

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use clap::Args;
-use glimpse_core::geometry::Arms;
 use glimpse_fitting::linear::{Posterior, Proposal};
-use glimpse_fitting::measurement::NamedRecipe;
-use glimpse_fitting::route::{MachineArgs, blank_directions, relative_arms};
+use glimpse_fitting::measurement::{LossScale, NamedRecipe, NextReading};
+use glimpse_fitting::route::{MachineArgs, blank_directions};
 use serde::Serialize;
 
+use super::expected_loss::with_scale;
 use super::fit::options::ReadingArgs;
 use super::{LINEAR_ANY, emit, numbers};
 use crate::output::{is_same_file, refuse_input, write_file};
@@ -27,7 +27,8 @@ use crate::report::Table;
 /// chooses the others. With --speed or --settle, a direction is chosen by the reduction per second
 /// of motion and reading, and the arms are at the last reading (without readings: along the normal).
 ///
-/// Readings are read as by `trainer fit`. The loss is that of `trainer evaluate`.
+/// Readings are read as by `trainer fit`. The loss is that of `trainer evaluate`, next to those of black,
+/// a good fit, and a just visible error.
 ///
 /// Example: trainer next --blank scan.csv --count 4                   # fill in the readings, then
 ///          trainer next --measurements scan.csv --blank scan.csv --target 0.01
@@ -74,24 +75,13 @@ struct Report {
     expected_loss: f32,
     /// Its upper bound, which holds for 90 % of materials.
     bound: f32,
+    /// Losses to compare it with.
+    loss_scale: LossScale,
     /// The target.
     target: Option<f64>,
     /// True if the bound is at most the target; None without a target.
     is_target_reached: Option<bool>,
-    directions: Vec<Direction>,
-}
-
-/// A proposed direction, in degrees.
-#[derive(Serialize)]
-struct Direction {
-    #[serde(flatten)]
-    arms: Arms<f64>,
-    /// The time to move there and to read; None without a speed.
-    seconds: Option<f64>,
-    /// The expected loss after this reading and the earlier ones.
-    expected_loss: f32,
-    /// Its upper bound.
-    bound: f32,
+    directions: Vec<NextReading>,
 }
 
 impl Next {
@@ -144,24 +134,18 @@ impl Next {
             super::limits::describe(machine.limits)
         );
         let has_seconds = self.machine.position(machine).is_some();
-        let direction = |proposal: &Proposal| Direction {
-            arms: relative_arms(proposal.angles),
-            seconds: has_seconds.then_some(proposal.seconds),
-            expected_loss: proposal.expected_loss,
-            bound: proposal.bound,
-        };
+        let direction = |proposal: &Proposal| NextReading::new(proposal, has_seconds);
         let report = Report {
             readings: posterior.readings(),
             expected_loss: so_far.loss,
             bound,
+            loss_scale: LossScale::of(&posterior),
             target: self.target,
             is_target_reached,
             directions: proposals.iter().map(direction).collect(),
         };
         if let (Some(path), false) = (&self.blank, proposals.is_empty()) {
-            let arms = proposals
-                .iter()
-                .map(|proposal| relative_arms(proposal.angles));
+            let arms = report.directions.iter().map(|next| next.arms);
             let sheet = blank_directions(&arms.collect::<Vec<_>>());
             let sheet = if is_appended {
                 appended(path, &sheet)?
@@ -213,8 +197,9 @@ impl Report {
     /// Formats the report for the terminal, with a table of the directions.
     fn to_text(&self, table: &Table) -> String {
         let text = format!(
-            "readings       {}\nexpected loss  {:.4}, at most {:.4} for 90 % of materials\n",
-            self.readings, self.expected_loss, self.bound
+            "readings       {}\nexpected loss  {}\n",
+            self.readings,
+            with_scale(self.expected_loss, Some(self.bound), &self.loss_scale)
         );
         let target = match (self.target, self.is_target_reached) {
             (None, _) => String::new(),

@@ -78,13 +78,49 @@ class _ExpectedLoss(TypedDict):
     unlike_training: Optional[bool]
 
 @type_check_only
+class _Noise(TypedDict):
+    source: Literal["stated", "repeated", "default"]
+    largest: float
+
+@type_check_only
+class _GlossGap(TypedDict):
+    nearest: float
+    read: list[float]
+
+@type_check_only
+class _NextReading(TypedDict):
+    theta_i: float
+    phi_i: float
+    theta_o: float
+    phi_o: float
+    seconds: Optional[float]
+    expected_loss: float
+    bound: float
+
+@type_check_only
+class _Gaps(TypedDict):
+    gloss: Optional[_GlossGap]
+    extrapolated_from: Optional[float]
+    is_monochrome: bool
+    next: Optional[_NextReading]
+
+@type_check_only
+class _LossScale(TypedDict):
+    black: float
+    good: float
+    just_visible: float
+
+@type_check_only
 class _FitReport(TypedDict):
     trainer: str
     recipe: dict[str, Any]
     measured: dict[str, Any]
     readings: _Readings
+    noise: Optional[_Noise]
+    gaps: _Gaps
     residual: dict[str, Any]
     expected_loss: Optional[_ExpectedLoss]
+    loss_scale: _LossScale
     spectrum: Optional[dict[str, Any]]
 
 @type_check_only
@@ -270,6 +306,8 @@ class Proposals:
     def loss_bounds(self) -> _Float64Array: ...
     @property
     def expected_loss_so_far(self) -> float: ...
+    @property
+    def loss_scale(self) -> _LossScale: ...
     @property
     def seconds(self) -> Optional[_Float64Array]: ...
     def __len__(self) -> int: ...

@@ -34,10 +34,10 @@ use crate::output::{create_out_folder, refuse_input, write_files};
 ///   w390) for each band;
 /// - optional: saturated (0, 1, False, True); quantity (a value of --quantity, or counts); material,
 ///   which must be the same in all rows; and at any directions noise, the standard deviation relative
-///   to the reading.
+///   to the reading (see --noise).
 ///
 /// Other columns are ignored. Rows come in any order. Repeated readings of a direction are averaged,
-/// and their spread is printed.
+/// and their spread is printed. The noise of the mean of k readings is divided by sqrt(k).
 ///
 /// RECIPES. Without RECIPE, or with one of `train --samples any`, readings may have any directions.
 /// With a recipe of n samples, a row belongs to the nearest sample, at most 0.5 degrees away in every
@@ -61,7 +61,8 @@ use crate::output::{create_out_folder, refuse_input, write_files};
 /// - for the model linear material.basis, so that the folder can be moved;
 /// - with --format, a folder DIR/formats with files for other programs.
 ///
-/// With several --measurements, each gets a folder DIR/NAME. A report is printed on stdout.
+/// With several --measurements, each gets a folder DIR/NAME. A report is printed on stdout. It names what
+/// the readings leave open (gloss, large angles, color), and the reading that would help most.
 ///
 /// Example: trainer fit --measurements multi-angle.csv --out paint/      # readings you already have
 ///          trainer inspect n16.recipe                                  # directions to measure

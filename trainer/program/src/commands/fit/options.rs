@@ -11,7 +11,7 @@ use glimpse_fitting::measurement::{
 };
 use glimpse_materials::{Illuminant, Observer, Viewing};
 
-use super::super::numbers::{channels, finite, reflectances};
+use super::super::numbers::{channels, finite, number, reflectances};
 
 /// Options of readings.
 #[derive(Args)]
@@ -43,6 +43,10 @@ pub(crate) struct ReadingArgs {
     /// cosine in the counts
     #[arg(long, value_enum, requires = "white")]
     footprint: Option<LargerSpot>,
+    /// Standard deviation of each reading's noise, relative to the reading, 0 to 1, at any directions
+    /// [default: the column noise, or else from repeated readings, or else 0.02]
+    #[arg(long, value_name = "S", value_parser = number(0.0..=1.0_f32))]
+    noise: Option<f32>,
     /// Accept readings that are unlikely to come from a material
     #[arg(long)]
     accept_implausible: bool,
@@ -64,13 +68,16 @@ impl ReadingArgs {
     pub(crate) fn is_given(&self) -> bool {
         self.quantity.is_some()
             || self.white.is_some()
+            || self.noise.is_some()
             || self.accept_implausible
             || self.angles != AngleArgs::default()
     }
 
     /// Reads a file of readings.
     pub(crate) fn rows(&self, path: &Path) -> anyhow::Result<ReadingRows> {
-        Ok(ReadingRows::read(path, &self.angles)?)
+        let mut rows = ReadingRows::read(path, &self.angles)?;
+        rows.noise = self.noise;
+        Ok(rows)
     }
 
     /// Fits the rows of a file. The material has its name.

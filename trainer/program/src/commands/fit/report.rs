@@ -1,8 +1,10 @@
 //! The report on a fit for `--json` and the terminal.
 
-use glimpse_fitting::measurement::{FitReport, SpectrumReport};
+use glimpse_fitting::choice::Choice;
+use glimpse_fitting::measurement::{FitReport, GlossGap, NoiseSummary, SpectrumReport};
 use serde::Serialize;
 
+use super::super::expected_loss::with_scale;
 use super::super::formats::WrittenFormat;
 use crate::report::Table;
 
@@ -107,6 +109,13 @@ impl ReportEntry<'_> {
             lines.push(("repeated", text));
         }
         lines.push(("used", format!("{} readings", readings.used)));
+        lines.extend(self.report.noise.map(|NoiseSummary { source, largest }| {
+            let (percent, source) = (100.0 * largest, source.name());
+            (
+                "noise",
+                format!("at most {percent:.1} % of a reading ({source}: see --noise)"),
+            )
+        }));
         let text = format!(
             "mean {:.4}, largest {:.4} at sample {}",
             residual.mean, residual.worst, residual.worst_index
@@ -116,6 +125,7 @@ impl ReportEntry<'_> {
             lines.push(("implausible", reason.text().to_owned()));
         }
         lines.push(("expected loss", self.expected_loss()));
+        lines.extend(self.describe_gaps());
         if let Some(spectrum) = &self.report.spectrum {
             lines.push(("spectrum", describe_spectrum(spectrum)));
         }
@@ -138,10 +148,7 @@ impl ReportEntry<'_> {
             };
             return format!("unknown, since {reason}");
         };
-        let mut text = format!("{:.4}", expected.loss);
-        if let Some(bound) = expected.bound {
-            text += &format!(" (at most {bound:.4} for 90 % of materials)");
-        }
+        let mut text = with_scale(expected.loss, expected.bound, &self.report.loss_scale);
         text += ", predicted from these readings";
         if expected.unlike_training == Some(true) {
             text += "; the readings are unlike those of all training materials, so the loss may be larger";
@@ -150,6 +157,36 @@ impl ReportEntry<'_> {
             text += &format!("; {caution}");
         }
         text
+    }
+
+    /// Returns lines about what the readings leave open.
+    fn describe_gaps(&self) -> impl Iterator<Item = (&'static str, String)> {
+        let gaps = &self.report.gaps;
+        let gloss = gaps.gloss.as_ref().map(|GlossGap { nearest, read }| {
+            format!(
+                "a guess: the reading nearest to the mirror direction is {nearest:.0} degrees off; read theta_i = theta_o of \
+                 {read:?} degrees at phi_o - phi_i of 180"
+            )
+        });
+        let beyond = gaps.extrapolated_from;
+        let beyond = beyond.map(|from| format!("from {from:.0} degrees on, for light and sensor"));
+        let next = gaps.next.map(|next| {
+            let [theta_i, _, theta_o, phi] = next.arms.to_array();
+            format!(
+                "theta_i {theta_i:.1}, theta_o {theta_o:.1}, phi_o - phi_i {phi:.1} degrees helps most: expected loss {:.4}, \
+                 at most {:.4}",
+                next.expected_loss, next.bound
+            )
+        });
+        let color = "unknown: there is one channel".to_owned();
+        let lines = [
+            ("gloss", gloss),
+            ("extrapolated", beyond),
+            ("color", gaps.is_monochrome.then_some(color)),
+            ("next reading", next),
+        ];
+        let lines = lines.into_iter();
+        lines.filter_map(|(label, text)| Some((label, text?)))
     }
 }
 

@@ -23,6 +23,7 @@ const READINGS: &[&str] = &[
     "--white-reflectance 0.5",
     "--saturation 0.5",
     "--footprint light",
+    "--noise 0.5",
 ];
 /// Options of a machine.
 const MACHINE: &[&str] = &[

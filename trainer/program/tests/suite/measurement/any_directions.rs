@@ -5,11 +5,13 @@ use std::f64::consts::FRAC_PI_2;
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
 use glimpse_fitting::measurement::{
-    AngleArgs, AngleConvention, AngleUnit, AngularDistance, FitFailure, LabReading, MaterialFit,
-    Multiple, NamedRecipe, ReadingQuantity, ReadingRows, Readings,
+    AngleArgs, AngleConvention, AngleUnit, AngularDistance, FitFailure, FitReport, LabReading,
+    MaterialFit, Multiple, NamedRecipe, NoiseSource, ReadingQuantity, ReadingRows, Readings,
+    TableError,
 };
 use glimpse_fitting::recipe::RecipeDefect;
 use glimpse_fitting::route::arms_in_degrees;
+use glimpse_materials::Viewing;
 
 use super::{error_message, pattern, recipe, rows};
 use crate::common::assert_names;
@@ -104,4 +106,73 @@ fn bands_are_refused_before_the_fit() {
     let readings = Readings::new(&given, rows, quantity).expect("valid readings");
     let failure = MaterialFit::new(readings, "a".to_owned(), false).expect_err("a failure");
     assert_eq!(failure, FitFailure::Bands(ModelKind::CookTorrance));
+}
+
+/// Reads rows of a given noise.
+fn read_with_noise(
+    given: &NamedRecipe,
+    text: &str,
+    noise: Option<f32>,
+) -> Result<Readings, TableError> {
+    let mut rows = rows(text, &AngleArgs::default())?;
+    rows.noise = noise;
+    Readings::new(given, rows, ReadingQuantity::of(Multiple::Brdf))
+}
+
+#[test]
+fn noise_is_stated_repeated_or_assumed() {
+    use NoiseSource::{Default, Repeated, Stated};
+
+    let any = NamedRecipe::any(ModelKind::Linear);
+    let half = 0.5_f32.sqrt();
+    let equal = "theta_i,theta_o,value\n45,30,0.2\n45,30,0.2\n30,0,9\n";
+    let varied = "theta_i,theta_o,value\n45,30,0.2\n45,30,0.22\n30,0,9\n30,0,9.9\n30,0,9\n30,0,9.9\n10,0,1\n";
+    let column = "theta_i,theta_o,value,noise\n45,30,0.2,0.3\n45,30,0.2,0.3\n30,0,9,0\n10,0,1,\n";
+    for (text, option, source, expected) in [
+        (equal, None, Default, [0.02 * half, 0.02]),
+        (equal, Some(0.1), Stated, [0.1 * half, 0.1]),
+        (column, None, Default, [0.3 * half, 1e-3]),
+        // Medians of chi squared: each deviation is about 0.06 to 0.1 of the mean.
+        (varied, None, Repeated, [0.1 * half, 0.05]),
+    ] {
+        let readings = read_with_noise(&any, text, option).expect("valid readings");
+        assert_eq!(readings.noise.map(|noise| noise.source), Some(source));
+        for (sample, expected) in readings.samples.iter().zip(expected) {
+            let ratio = sample.noise / expected;
+            assert!((0.6..1.6).contains(&ratio), "{source:?}: {ratio}");
+            assert!(source == Repeated || (ratio - 1.0).abs() < 1e-4, "{ratio}");
+        }
+    }
+    let with_pattern = any.at(&pattern(), &[]).expect("valid directions");
+    let refused = read_with_noise(&with_pattern, "index,value\n0,1\n", Some(0.1));
+    assert_names(&error_message(refused), &["noise", "any"]);
+    let all_stated = "theta_i,theta_o,value,noise\n45,30,0.2,0.3\n";
+    let refused = read_with_noise(&any, all_stated, Some(0.1));
+    assert_names(&error_message(refused), &["noise"]);
+}
+
+#[test]
+fn report_names_gaps_of_the_readings() {
+    let gaps = |given: &NamedRecipe, text: &str| {
+        let readings = read_with_noise(given, text, None).expect("valid readings");
+        let fit = MaterialFit::new(readings, "a".to_owned(), true).expect("a fit");
+        let report = FitReport::new(&fit, Viewing::default());
+        let losses = report.expected_loss.map(|expected| expected.loss);
+        assert!(losses.is_some_and(|loss| f64::from(loss) < report.loss_scale.black));
+        (report.gaps, losses.expect("a loss"))
+    };
+    let any = NamedRecipe::any(ModelKind::Linear);
+    let six = "45,60,0.3\n45,30,0.3\n45,20,0.2\n45,0,0.2\n45,-30,0.2\n45,-65,0.2\n";
+    let (found, loss) = gaps(&any, &format!("theta_i,theta_o,value\n{six}"));
+    let gloss = found.gloss.expect("a gap");
+    assert!((gloss.nearest - 15.0).abs() < 1e-3 && !gloss.read.is_empty());
+    let from = found.extrapolated_from.expect("an angle");
+    assert!((from - 65.0).abs() < 1e-3 && found.is_monochrome);
+    assert!(found.next.is_some_and(|next| next.expected_loss < loss));
+    let rgb = six.replace('\n', ",0.2,0.2\n") + "60,60,0.5,0.5,0.5\n";
+    let (found, _) = gaps(&any, &format!("theta_i,theta_o,r,g,b\n{rgb}"));
+    assert!(found.gloss.is_none() && !found.is_monochrome);
+    let with_pattern = any.at(&pattern(), &[]).expect("valid directions");
+    let (found, _) = gaps(&with_pattern, "index,value\n0,1\n1,0.3\n2,0.3\n");
+    assert!(found.gloss.is_none() && found.next.is_none() && found.is_monochrome);
 }
