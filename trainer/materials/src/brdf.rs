@@ -36,6 +36,12 @@ pub trait Brdf: Sync {
     }
 }
 
+/// Returns the luminance (Rec. 709) of linear RGB.
+#[must_use]
+pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
 impl<F: Fn(&HalfDifference<f32>) -> [f32; 3] + Sync + ?Sized> Brdf for F {
     fn values_at(&self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
         at.iter().map(self).collect()

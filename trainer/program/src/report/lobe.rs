@@ -1,7 +1,7 @@
 //! A BRDF in the plane of incidence, as a polar plot with a logarithmic radius.
 
 use glimpse_core::geometry::{Directions, HalfDifference};
-use glimpse_materials::Brdf;
+use glimpse_materials::{Brdf, luminance};
 use maud::{Markup, html};
 
 use super::svg::{COLORS, drawing, one_decimal, path_of};
@@ -16,6 +16,8 @@ const MAX_DECADES: i32 = 6;
 /// The plot's center and radius, in SVG units.
 const CENTER: [f32; 2] = [350.0, 350.0];
 const RADIUS: f32 = 285.0;
+/// The maximum number of readings with large marks, which do not overlap.
+const MAX_LARGE_MARKS: usize = 60;
 /// Top of the legend and height of a line, in SVG units.
 const LEGEND_TOP: f32 = 418.0;
 const LINE_HEIGHT: f32 = 21.0;
@@ -33,6 +35,17 @@ pub(crate) struct Lobe {
     pub(crate) is_dashed: bool,
     /// One standard deviation of the luminance at each angle of the curve, drawn as a band; empty for none.
     pub(crate) deviations: Vec<f32>,
+    /// Readings near the light, drawn as circles.
+    pub(crate) readings: Vec<ReadingMark>,
+}
+
+/// A reading in the plane of incidence.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ReadingMark {
+    /// Outgoing angle in radians and luminance of the BRDF in sr^-1, as in a curve.
+    pub(crate) point: [f32; 2],
+    /// False for a reading that a fit does not use, drawn as an open circle.
+    pub(crate) is_used: bool,
 }
 
 impl Lobe {
@@ -44,6 +57,7 @@ impl Lobe {
             curve: lobe(brdf, theta_i),
             is_dashed: false,
             deviations: Vec::new(),
+            readings: Vec::new(),
         }
     }
 }
@@ -59,11 +73,6 @@ fn lobe(brdf: &dyn Brdf, theta_i: f32) -> Vec<[f32; 2]> {
         .zip(brdf.values_at(&half_differences))
         .map(|(angle, value)| [angle, luminance(value)])
         .collect()
-}
-
-/// Returns the luminance (Rec. 709) of linear RGB.
-pub(crate) fn luminance([r, g, b]: [f32; 3]) -> f32 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
 /// Returns the outgoing polar angles of a [`lobe`], and the pairs of directions.
@@ -87,17 +96,24 @@ pub(crate) fn lobe_directions(theta_i: f32) -> (Vec<f32>, Vec<HalfDifference<f32
 /// in sr^-1, over two to six decades; lower values lie at the center. Triangles on the rim mark the light.
 pub(crate) fn lobe_svg(lobes: &[Lobe]) -> String {
     let decades = decades(lobes);
+    let position = |[theta_o, value]: [f32; 2]| point(theta_o, RADIUS * fraction(value, decades));
     let path = |points: &mut dyn Iterator<Item = [f32; 2]>| {
         let points = points.filter(|[_, value]| !value.is_nan());
-        let points =
-            points.map(|[theta_o, value]| point(theta_o, RADIUS * fraction(value, decades)));
-        path_of(&points.collect::<Vec<_>>())
+        path_of(&points.map(position).collect::<Vec<_>>())
     };
+    let mut legend = "triangle: light".to_owned();
+    if lobes.iter().any(|lobe| !lobe.deviations.is_empty()) {
+        legend += "; band: one standard deviation";
+    }
+    if lobes.iter().any(|lobe| !lobe.readings.is_empty()) {
+        legend += "; circle: reading (open: not used)";
+    }
     let baseline = |index: usize| LEGEND_TOP + LINE_HEIGHT * index as f32;
     let marks = html! {
         (grid(decades))
         @for (index, lobe) in lobes.iter().enumerate() {
             @let y = baseline(index);
+            @let radius = if lobe.readings.len() > MAX_LARGE_MARKS { "1.5" } else { "3.5" };
             @let band = lobe.curve.iter().zip(&lobe.deviations);
             @let upper = band.clone().map(|([theta_o, value], deviation)| [*theta_o, value + deviation]);
             @let lower = band.rev().map(|([theta_o, value], deviation)| [*theta_o, value - deviation]);
@@ -105,13 +121,15 @@ pub(crate) fn lobe_svg(lobes: &[Lobe]) -> String {
                 path.band d=(path(&mut upper.chain(lower))) {}
                 path.line.dash[lobe.is_dashed] d=(path(&mut lobe.curve.iter().copied())) {}
                 path.line.dash[lobe.is_dashed] d=(format!("M70 {}H106", y - 4.0)) {}
+                @for reading in &lobe.readings {
+                    @let [x, y] = position(reading.point).map(one_decimal);
+                    circle.mark.open[!reading.is_used] cx=(x) cy=(y) r=(radius) {}
+                }
             }
             text x="116" y=(y) { (lobe.name) }
             path.mark.c6 d=(light_arrow(lobe.theta_i)) {}
         }
-        text x="116" y=(baseline(lobes.len())) {
-            "triangle: direction to the light; band: one standard deviation on each side"
-        }
+        text x="116" y=(baseline(lobes.len())) { (legend) }
     };
     let size = [700.0, baseline(lobes.len() + 1)];
     drawing(size, "BRDF in the plane of incidence", &marks)
@@ -125,8 +143,11 @@ fn light_arrow(theta_i: f32) -> String {
 
 /// Returns the exponents of the powers of ten at the center and at the rim.
 fn decades(lobes: &[Lobe]) -> [i32; 2] {
-    let curves = lobes.iter().map(|lobe| &lobe.curve);
-    let values = curves.flatten().map(|[_, value]| *value);
+    let points = lobes.iter().flat_map(|lobe| {
+        let readings = lobe.readings.iter().map(|reading| &reading.point);
+        lobe.curve.iter().chain(readings)
+    });
+    let values = points.map(|[_, value]| *value);
     let values = values.filter(|value| value.is_normal() && *value > 0.0);
     let [low, high] = [f32::min, f32::max].map(|select| values.clone().reduce(select));
     let high = high.map_or(0, |high| high.log10().ceil() as i32);

@@ -11,7 +11,7 @@ mod svg;
 mod table;
 
 pub(crate) use gallery::{GalleryRow, Tile};
-pub(crate) use lobe::{Lobe, MAX_LOBES, lobe_directions, lobe_svg, luminance};
+pub(crate) use lobe::{Lobe, MAX_LOBES, ReadingMark, lobe_directions, lobe_svg};
 pub(crate) use page::{Page, document, write_file};
 pub(crate) use pattern::pattern_svg;
 pub(crate) use plot::{Axis, Plot, Scale, Series};

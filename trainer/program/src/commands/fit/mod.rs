@@ -2,6 +2,7 @@
 
 pub(super) mod options;
 mod pictures;
+mod plane;
 mod report;
 
 use std::fs;
@@ -52,7 +53,7 @@ use crate::output::{create_out_folder, refuse_input, write_files};
 ///
 /// - material.json, the fit, which every command accepts as a material;
 /// - sphere.png and lobe.svg, a rendered sphere and a plot of the plane of incidence with one standard
-///   deviation on each side;
+///   deviation on each side, and the readings there;
 /// - readings.csv, with the reading of each sample as a BRDF, the fitted value and its standard
 ///   deviation, and z: the reading minus its prediction from the others, in standard deviations. You
 ///   can correct this file and fit it again, without --quantity and --white;

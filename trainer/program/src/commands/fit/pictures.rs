@@ -7,12 +7,10 @@ use glimpse_evaluation::render::render_sphere;
 use glimpse_fitting::measurement::{
     FitReport, MaterialFiles, MaterialFit, SpectrumReading, SpectrumReport,
 };
-use glimpse_materials::{Material, angles_of};
+use glimpse_materials::{Material, angles_of, luminance};
 
-use crate::report::{Axis, Lobe, Plot, Scale, Series, lobe_directions, lobe_svg, luminance};
-
-/// Polar angles of the light in the plot of lobes, degrees.
-const LOBE_THETA_I: [f32; 3] = [15.0, 45.0, 75.0];
+use super::plane::{PlaneReading, plotted_theta_i, radians};
+use crate::report::{Axis, Lobe, Plot, Scale, Series, lobe_directions, lobe_svg};
 
 /// The largest number of readings in the plot of spectra, each with a color of its own.
 const MAX_PLOTTED: usize = 7;
@@ -36,19 +34,24 @@ pub(super) fn pictures(
 
 fn lobes(fit: &MaterialFit) -> String {
     let material = &fit.material;
-    let lobes = LOBE_THETA_I.map(|degrees| {
-        let theta_i = degrees.to_radians();
+    let samples = &fit.selection.readings.samples;
+    let readings: Vec<PlaneReading> = samples.iter().filter_map(PlaneReading::new).collect();
+    let lobes = plotted_theta_i(&readings).into_iter().map(|tenths| {
+        let theta_i = radians(tenths);
         let (_, directions) = lobe_directions(theta_i);
         let angles = directions.iter().map(angles_of).collect();
         let posterior = &fit.selection.posterior;
         let deviations = posterior.deviations(material.fitted(), angles);
+        let marks = readings.iter().filter_map(|reading| reading.mark(tenths));
+        let degrees = f64::from(tenths) / 10.0;
         let name = format!("{}, light at {degrees}\u{b0}", material.name());
         Lobe {
             deviations: deviations.into_iter().map(luminance).collect(),
+            readings: marks.collect(),
             ..Lobe::new(name, material as &dyn Material, theta_i)
         }
     });
-    lobe_svg(&lobes)
+    lobe_svg(&lobes.collect::<Vec<_>>())
 }
 
 /// Plots the spectra of readings over the whole range of aspecular angles, and of the fit there.
