@@ -105,6 +105,14 @@ impl PyFittedMaterial {
         Array::directions(samples.map(|sample| sample.angles))
     }
 
+    /// The readings at `directions`, float32 of shape (n, 3): the BRDF in linear RGB, sr^-1, not times the cosine. NaN for a
+    /// missing reading; `report["readings"]["unused"]` lists others that the fit did not use.
+    #[getter]
+    fn readings(&self) -> Array<f32> {
+        let samples = self.fit.selection.readings.samples.iter();
+        Array::rows(samples.map(|sample| sample.brdf.mean().unwrap_or([f32::NAN; 3])))
+    }
+
     /// Returns the standard deviation of the BRDF (linear RGB, sr^-1, not times the cosine), given the readings.
     ///
     /// Directions are those of a call of the material; the result has the shape (..., 3).

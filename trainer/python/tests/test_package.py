@@ -8,6 +8,7 @@ from pathlib import Path
 
 import glimpse_brdf as glimpse
 import nbformat
+import numpy as np
 import pytest
 from glimpse_brdf import plot
 from nbclient import NotebookClient
@@ -39,6 +40,14 @@ def test_plots_have_a_curve_for_each_material_and_angle(monkeypatch):
     assert [line.get_label() for line in axes.lines] == [material.name for material in materials]
     route = glimpse.train("phong", "procedural:3", samples=2, schedule="paper", effort="brief").plan()
     assert len(plot.plan(route).lines) == 3
+    # A fit has a band, and marks for its readings in the plane, used or not.
+    pairs = glimpse.directions_from_degrees(45, 0, [0, 20, 50, 30], [0, 180, 180, 90])
+    fitted = glimpse.Recipe.load("linear-any").fit(materials[0](pairs), pairs)
+    np.testing.assert_allclose(fitted.readings, materials[0](pairs), rtol=1e-6)
+    band, used, unused = plot.lobes([fitted]).collections
+    marks = np.degrees(np.concatenate([used.get_offsets(), unused.get_offsets()])[:, 0])
+    np.testing.assert_allclose(sorted(marks), [0, 20, 50], atol=0.01)
+    assert band.get_facecolor()[0, 3] < 1
 
 
 def test_public_items_have_docstrings():
