@@ -3,7 +3,7 @@
     python3 tests/interop/viewer.py [TRAINER] [PICTURES]
 
 Playwright is installed from PyPI into an environment in target/; Chromium is the system's. The script opens a page
-with a recipe of every model from its file. It moves light and camera with mouse, touch and keys, moves sliders, and
+with a recipe of every model from its file, and one with fits of the trainer. It moves light and camera with mouse, touch and keys, moves sliders, and
 disables readings. It compares every fit with that of `trainer fit` for the same readings. PICTURES is a folder for
 screenshots.
 """
@@ -14,6 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 ENVIRONMENT = ROOT / "target" / "viewer"
 RECIPES = ROOT / "trainer" / "recipes"
 MATERIAL = "procedural:1:77"
+ANY_RECIPES = ["linear-any", "neural-any"]
 # Largest allowed error of fitted values, relative to the largest value.
 TOLERANCE = 1e-5
 # Smallest allowed frame rate while dragging, in frames per second.
@@ -142,6 +143,18 @@ def check_desktop(page, trainer, recipes, masked):
     assert page.locator("#refused").is_hidden()
 
 
+def check_fits_of_trainer(page, trainer):
+    """Compares the losses of a page with fits of readings at any directions with those of the trainer."""
+    assert page.locator("#change").is_hidden() and page.locator("#readings input:visible").count() == 0
+    assert page.locator("#theta-value").text_content() == "20°", "the light is not that of the readings"
+    for index, recipe in enumerate(ANY_RECIPES):
+        run(trainer, "fit", recipe, "--measurements", "line.csv", "--out", recipe)
+        compared = subprocess.run([trainer, "compare", MATERIAL, f"{recipe}/material.json", "--json"], check=True, stdout=subprocess.PIPE)
+        expected = json.loads(compared.stdout)["materials"][0]["loss"]
+        loss = page.evaluate(f"glimpse.methods[{index}].loss()")
+        assert abs(loss - expected) < 0.003, (recipe, loss, expected)
+
+
 def main(trainer, pictures):
     from playwright.sync_api import sync_playwright
 
@@ -150,6 +163,9 @@ def main(trainer, pictures):
     recipes = [linear, RECIPES / "paper/phong-n8.recipe", RECIPES / "completed/cook-torrance-n8.recipe",
                RECIPES / "paper/neural-n8.recipe", RECIPES / "masked/neural-n16.recipe"]
     run(trainer, "render", "view", *recipes, "--material", MATERIAL, "--out", "view.html", "--force")
+    Path("angles.csv").write_text("".join(["theta_i,theta_o\n", *(f"20,{theta_o}\n" for theta_o in range(-60, 80, 10))]))
+    run(trainer, "query", MATERIAL, "--angles", "angles.csv", "--out", "line.csv")
+    run(trainer, "render", "view", *ANY_RECIPES, "--measurements", "line.csv", "line.csv", "--reference", MATERIAL, "--out", "any.html")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox", "--disable-gpu"])
         devices = {
@@ -171,6 +187,11 @@ def main(trainer, pictures):
             check_width(page)
             if device == "light":
                 check_desktop(page, trainer, recipes, masked=4)
+                page.goto(Path("any.html").resolve().as_uri())
+                page.wait_for_function("window.glimpse !== undefined")
+                settle(page)
+                check_fits_of_trainer(page, trainer)
+                check_width(page)
             if "phone" in device:
                 before = pixels(page)
                 page.locator(".sphere").first.tap(position={"x": 90, "y": 60})

@@ -1,19 +1,20 @@
-//! Data of a page as JSON: recipes, readings and a reference material.
+//! Data of a page as JSON: recipes or fits, readings, and a reference material.
 
 use std::sync::Arc;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glimpse_core::fit::Estimator;
-use glimpse_core::geometry::{Angles, Arms, HalfDifference};
-use glimpse_core::model::linear::Basis;
+use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::Recipe;
-use glimpse_fitting::linear::{CHANNEL_COEFFICIENTS, material_basis};
+use glimpse_fitting::measurement::{MaterialFit, SampleReading};
 use glimpse_fitting::recipe::RecipeFile;
+use glimpse_fitting::route::relative_arms;
 use glimpse_materials::Material;
-use glimpse_materials::loss::{coarse_directions, loss_between};
+use glimpse_materials::loss::coarse_directions;
 use serde_json::{Value, json};
 
+use crate::table::{fit_to_json, tabulate};
 use crate::{View, WASM};
 
 /// A recipe and its readings.
@@ -25,9 +26,10 @@ pub struct RecipeScan {
     pub recipe: Arc<RecipeFile>,
     /// Basis of Linear, which maps coefficients to a BRDF; None for other models.
     pub basis: Option<Vec<u8>>,
-    /// Readings at the recipe's samples: the BRDF in linear RGB, sr^-1, not times the cosine. None is a missing
-    /// reading.
-    pub readings: Vec<Option<[f32; 3]>>,
+    /// The readings.
+    pub samples: Vec<SampleReading>,
+    /// Fit of the readings to display; None if the page fits those of the recipe's samples.
+    pub fit: Option<MaterialFit>,
     /// Direction to read next, if there is one.
     pub next: Option<Angles<f32>>,
 }
@@ -44,18 +46,10 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Tabulates a material in 302 kB for display, and samples its BRDF at about 10,000 directions for the loss.
+    /// Tabulates a material for display, and samples its BRDF at about 10,000 directions for the loss.
     #[must_use]
     pub fn new(material: &dyn Material) -> Self {
-        let table = material_basis(material);
-        let parsed = Basis::parse(&table).ok();
-        let tabulated = |at: &HalfDifference<f32>| {
-            let basis = parsed.as_ref();
-            basis
-                .and_then(|basis| basis.brdf(CHANNEL_COEFFICIENTS, at))
-                .unwrap_or([f32::NAN; 3])
-        };
-        let table_loss = loss_between(&tabulated, material);
+        let (table, table_loss) = tabulate(material);
         let mut reference_values = Vec::new();
         for angles in coarse_directions() {
             let numbers = [angles.to_array(), material.at_angles(angles)];
@@ -83,14 +77,12 @@ impl RecipeScan {
     fn to_json(&self) -> Value {
         let recipe = self.recipe.recipe();
         let training = self.recipe.metadata().training.as_ref();
-        let samples = recipe
-            .pattern()
-            .zip(&self.readings)
-            .map(|(angles, reading)| {
-                let mut sample = arms_in_degrees(angles);
-                sample["brdf"] = json!(reading);
-                sample
-            });
+        let samples = self.samples.iter().map(|reading| {
+            let mut sample = arms_in_degrees(reading.angles);
+            sample["brdf"] = json!(reading.brdf.mean());
+            sample["is_used"] = json!(reading.used().is_some());
+            sample
+        });
         let samples: Vec<Value> = samples.collect();
         json!({
             "name": self.name,
@@ -99,8 +91,9 @@ impl RecipeScan {
             "takes_missing": recipe.tolerates_missing(),
             "expected_loss": recipe.expected_loss(),
             "trained_on": training.map(|training| &training.data),
-            "recipe": STANDARD.encode(self.recipe.bytes()),
+            "recipe": self.fit.is_none().then(|| STANDARD.encode(self.recipe.bytes())),
             "basis": self.basis.as_ref().map(|basis| STANDARD.encode(basis)),
+            "fit": self.fit.as_ref().map(fit_to_json),
             "samples": samples,
             "next": self.next.map(arms_in_degrees),
         })
@@ -109,11 +102,8 @@ impl RecipeScan {
 
 /// Returns the polar angles of light and sensor, and the azimuth of the sensor from that of the light.
 fn arms_in_degrees(angles: Angles<f32>) -> Value {
-    let directions = HalfDifference::from_angles(angles).directions();
-    let arms = Arms::from_directions(&directions);
-    let phi = arms.phi_o - arms.phi_i;
-    let [theta_i, theta_o, phi] = [arms.theta_i, arms.theta_o, phi].map(f32::to_degrees);
-    json!({ "theta_i": theta_i, "theta_o": theta_o, "phi": phi })
+    let arms = relative_arms(angles);
+    json!({ "theta_i": arms.theta_i, "theta_o": arms.theta_o, "phi": arms.phi_o })
 }
 
 /// Returns a short description of a recipe's fit method.

@@ -5,6 +5,7 @@
 //! modules with those of core on the host.
 
 mod data;
+mod table;
 
 use maud::{Markup, PreEscaped, html};
 

@@ -1,6 +1,7 @@
 // Plot of the BRDF in the plane of incidence at the marked point, whose normal is z.
 const STEPS = 361; // outgoing angles of a curve
 const MAX_DECADES = 6; // of the logarithmic scale
+const MAX_LARGE_MARKS = 60; // maximum number of readings with large marks
 const MAX_LIT_ANGLE = 1.55; // maximum polar angle of the light in radians, just above the horizon
 const luminance = (rgb, i) => 0.2126 * rgb[i] + 0.7152 * rgb[i + 1] + 0.0722 * rgb[i + 2];
 const SUPERSCRIPTS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
@@ -29,7 +30,21 @@ const setLightAngle = (theta) => {
   scene.light = [Math.sin(theta) * x, Math.sin(theta) * y, Math.cos(theta)];
 };
 
-// Draws the plot. `curves` are {core, color, dash, width}. `scale` is "log", or "root" for the cube root of the BRDF.
+// Returns one standard deviation of a luminance, given a fit's band.
+const deviation = (band, theta, thetaO, value) => {
+  const columns = (2 * band.max) / band.step + 1;
+  // Returns the lower of two steps of the grid, and the weight of the upper one.
+  const cell = (angle, first) => {
+    const position = (Math.max(first, Math.min(band.max, (angle * 180) / Math.PI)) - first) / band.step;
+    const step = Math.min(Math.floor(position), (band.max - first) / band.step - 1);
+    return [step, position - step];
+  };
+  const [[row, v], [column, u]] = [cell(theta, 0), cell(thetaO, -band.max)];
+  const at = (row) => (1 - u) * band.values[row * columns + column] + u * band.values[row * columns + column + 1];
+  return ((1 - v) * at(row) + v * at(row + 1)) * (value + band.floor);
+};
+
+// Draws the plot. `curves` are {core, color, dash, width}, with a fit's band and readings if there are. `scale` is "log", or "root" for the cube root of the BRDF.
 // `next` is the reading to take next, {theta_i, theta_o, phi} in degrees, or null.
 const drawLobe = (canvas, curves, scale, next) => {
   const ratio = Math.min(devicePixelRatio, 2), width = canvas.clientWidth, height = canvas.clientHeight;
@@ -56,7 +71,9 @@ const drawLobe = (canvas, curves, scale, next) => {
     return Float32Array.from({ length: STEPS }, (_, i) => luminance(rgb, 3 * i));
   });
   let [min, max] = [Infinity, 0];
-  for (const values of luminances) for (const value of values) {
+  const readings = curves.map((curve) => (isLit && curve.readings ? curve.readings.near(theta) : []));
+  const marks = readings.map((list) => list.map((reading) => reading.luminance));
+  for (const values of [...luminances, ...marks]) for (const value of values) {
     if (value > 0) [min, max] = [Math.min(min, value), Math.max(max, value)];
   }
   const high = max > 0 ? Math.ceil(Math.log10(max)) : 0;
@@ -92,16 +109,31 @@ const drawLobe = (canvas, curves, scale, next) => {
 
   // The reference is drawn first, below the others.
   luminances.forEach((values, index) => {
-    const { color: stroke, dash, width: thick } = curves[index];
+    const { color: stroke, dash, width: thick, band } = curves[index];
     if (!isLit) return;
-    context.strokeStyle = color(stroke);
+    const angle = (i) => (((2 * i + 1) / STEPS - 1) * Math.PI) / 2;
+    context.strokeStyle = context.fillStyle = color(stroke);
+    if (band) {
+      const side = (sign) => Array.from(values, (value, i) => point(angle(i), fraction(value + sign * deviation(band, theta, angle(i), value))));
+      line([...side(1), ...side(-1).reverse()], true);
+      context.globalAlpha = 0.18;
+      context.fill();
+      context.globalAlpha = 1;
+    }
     context.lineWidth = thick;
     context.lineJoin = "round";
     context.setLineDash(dash);
-    line(Array.from(values, (value, i) => point((((2 * i + 1) / STEPS - 1) * Math.PI) / 2, fraction(value))));
+    line(Array.from(values, (value, i) => point(angle(i), fraction(value))));
     context.stroke();
+    context.setLineDash([]);
+    context.lineWidth = 1.5;
+    for (const reading of readings[index]) {
+      context.beginPath();
+      context.arc(...point(reading.angle, fraction(reading.luminance)), readings[index].length > MAX_LARGE_MARKS ? 1 : 3, 0, 2 * Math.PI);
+      if (reading.isUsed) context.fill();
+      context.stroke();
+    }
   });
-  context.setLineDash([]);
 
   const mark = (angle, filled) => {
     line([point(angle, 1 - 14 / radius), point(angle + 7 / radius, 1), point(angle - 7 / radius, 1)], true);

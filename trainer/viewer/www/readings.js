@@ -1,6 +1,7 @@
 // Sliders for the readings of a recipe; each multiplies a reading by a power of two.
 const MAX_STOPS = 5; // range of a slider, as an exponent of 2
 const MIN_BRDF = 1e-4; // sr^-1; smaller values are raised to this before a slider multiplies them
+const MAX_DISTANCE = 0.035; // largest distance of a plotted reading from the plane of incidence, and of its light, in radians
 const formatAngles = ({ theta_i, theta_o, phi }) => {
   const [i, o, azimuth] = [theta_i, theta_o, ((phi + 180) % 360 + 360) % 360 - 180].map((angle) => `${Math.round(angle)}°`.replace("-", "−"));
   return `θi ${i} θo ${o} φ ${azimuth}`;
@@ -8,16 +9,23 @@ const formatAngles = ({ theta_i, theta_o, phi }) => {
 const formatBrdf = (value) => (Math.abs(value) < 0.001 ? value.toExponential(1) : value.toPrecision(3).slice(0, 6));
 
 class Readings {
-  // `samples` are {theta_i, theta_o, phi, brdf or null}, angles in degrees.
-  constructor(samples, toleratesMissing) {
+  // `samples` are {theta_i, theta_o, phi, brdf or null, is_used}, angles in degrees. Those of a fit of the host are fixed.
+  constructor(samples, toleratesMissing, isFixed) {
     this.samples = samples;
     this.toleratesMissing = toleratesMissing;
+    this.isFixed = isFixed;
+    // The readings near the plane of incidence, with the polar angles of light and sensor in radians.
+    this.plane = samples.flatMap(({ theta_i, theta_o, phi }, index) => {
+      const [light, sensor, azimuth] = [theta_i, theta_o, phi].map((degrees) => (degrees * Math.PI) / 180);
+      const distance = Math.sin(Math.min(light, sensor)) * Math.abs(Math.sin(azimuth));
+      return distance > MAX_DISTANCE ? [] : [{ index, arms: [light, sensor], side: Math.cos(azimuth) > 0 ? -1 : 1 }];
+    });
     this.firstFit = null; // the BRDF at each sample, set by the page after the first fit
     this.reset();
   }
   reset() {
     this.stops = this.samples.map(() => 0);
-    this.isPresent = this.samples.map((sample) => sample.brdf !== null);
+    this.isPresent = this.samples.map((sample) => sample.is_used);
   }
   // Returns the value of a slider at its middle: the reading, or the first fit's value if the reading is missing.
   base(index) {
@@ -30,6 +38,16 @@ class Readings {
   // Returns all readings; null is a missing one.
   values() {
     return this.samples.map((_, index) => (this.isPresent[index] ? this.value(index) : null));
+  }
+  // Returns the readings that the plot shows for light at `theta` radians, with light and sensor exchanged if that brings
+  // the light nearer.
+  near(theta) {
+    return this.plane.flatMap(({ index, arms, side }) => {
+      if (!this.samples[index].brdf && !this.isPresent[index]) return [];
+      const [light, sensor] = [...arms].sort((a, b) => Math.abs(a - theta) - Math.abs(b - theta));
+      if (Math.abs(light - theta) > MAX_DISTANCE) return [];
+      return [{ angle: side * sensor, luminance: luminance(this.value(index), 0), isUsed: this.isPresent[index] }];
+    });
   }
   toCsv() {
     const rows = this.values().map((brdf, index) => [index, ...(brdf ? Array.from(brdf, Math.fround) : ["", "", ""]), "brdf"].join(","));
@@ -63,7 +81,7 @@ class Readings {
       reset.setAttribute("aria-label", `Reset reading ${index}`);
       reset.addEventListener("click", () => {
         this.stops[index] = 0;
-        this.isPresent[index] = sample.brdf !== null;
+        this.isPresent[index] = sample.is_used;
         onChange();
       });
       let checkbox = null;
@@ -82,6 +100,7 @@ class Readings {
       switches.append(reset);
       return { row, swatch, valueText, slider, checkbox };
     });
+    list.classList.toggle("fixed", this.isFixed);
     list.replaceChildren(...this.rows.map(({ row }) => row));
     this.update();
   }
@@ -90,7 +109,7 @@ class Readings {
     this.rows.forEach(({ row, swatch, valueText, slider, checkbox }, index) => {
       const brdf = this.value(index), isPresent = this.isPresent[index];
       const text = Array.from(brdf, formatBrdf).join("  ");
-      valueText.textContent = isPresent ? text : "missing";
+      valueText.textContent = isPresent ? text : this.isFixed ? `${text} (not used)` : "missing";
       slider.value = this.stops[index];
       slider.disabled = !isPresent;
       slider.setAttribute("aria-valuetext", `${text} per steradian`);

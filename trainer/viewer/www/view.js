@@ -17,10 +17,12 @@ const start = async () => {
   }
   data.shown.forEach((scan, index) => {
     const core = new Core(module);
-    core.loadRecipe(bytesOf(scan.recipe), scan.basis && bytesOf(scan.basis));
+    if (scan.fit) core.loadTable(bytesOf(scan.fit.table));
+    else core.loadRecipe(bytesOf(scan.recipe), scan.basis && bytesOf(scan.basis));
     if (referenceValues) core.loadReferenceValues(referenceValues);
-    const readings = new Readings(scan.samples, scan.takes_missing);
-    materials.push({ core, name: scan.name, scan, readings, color: COLORS[index], dash: [], width: 2.5, error: null });
+    const readings = new Readings(scan.samples, scan.takes_missing, scan.fit !== null);
+    const band = scan.fit && { ...scan.fit.band, values: new Float32Array(bytesOf(scan.fit.band.values).buffer) };
+    materials.push({ core, name: scan.name, scan, readings, band, color: COLORS[index], dash: [], width: 2.5, error: null });
   });
   const methods = materials.filter((material) => material.scan);
   let selected = methods[0];
@@ -29,6 +31,11 @@ const start = async () => {
   // An invalid fit does not replace the previous one.
   const refit = (method) => {
     const { core, readings, scan } = method;
+    if (scan.fit) {
+      const { loss, bound } = scan.fit.expected_loss ?? {};
+      Object.assign(method, { loss: core.loss(), predicted: loss ?? NaN, bound: bound ?? NaN, residual: scan.fit.residual });
+      return;
+    }
     try {
       core.fit(readings.values());
       method.error = null;
@@ -40,7 +47,7 @@ const start = async () => {
     const flat = core.brdfAtSamples(scan.samples.length);
     // The first fit provides the base values of missing readings.
     readings.firstFit ||= scan.samples.map((_, i) => Array.from(flat.slice(3 * i, 3 * i + 3)));
-    method.loss = referenceValues ? core.loss() : NaN;
+    method.loss = core.loss();
     method.predicted = core.predictedLoss();
     method.bound = core.lossBound();
     method.isUnlike = core.isUnlikeTraining();
@@ -107,9 +114,13 @@ const start = async () => {
     for (const other of methods) other.button.setAttribute("aria-pressed", other === method);
     byId("selected").textContent = method.name;
     const missing = method.scan.takes_missing ? " Readings can be missing." : "";
-    byId("readings-caption").textContent = `The BRDF in sr⁻¹ (red, green, blue), not times the cosine. A slider multiplies or divides it by up to ${2 ** MAX_STOPS}.${missing}`;
+    const { fit, next } = method.scan;
+    const use = fit
+      ? `The trainer fitted these readings, and the page draws a table of its fit with loss ${fit.table_loss.toFixed(4)}. To change a reading, edit its file and write the page again.`
+      : `A slider multiplies or divides it by up to ${2 ** MAX_STOPS}, and the page fits the readings again.${missing}`;
+    byId("readings-caption").textContent = `The BRDF in sr⁻¹ (red, green, blue), not times the cosine. ${use}`;
+    byId("change").hidden = Boolean(fit);
     byId("refused").hidden = true;
-    const { next } = method.scan;
     byId("next").hidden = byId("next-key").hidden = !next;
     if (next) byId("next-angles").textContent = formatAngles(next);
     changed();
@@ -121,9 +132,9 @@ const start = async () => {
 
   // Content of the page.
   byId("title").textContent = data.title;
-  byId("lead").textContent = data.reference
-    ? "Scans of this material, fitted in this page by the code that runs on the scanner. Move the light; change a reading."
-    : "Fitted from readings in this page, by the code that runs on the scanner. Move the light; change a reading.";
+  const inPage = " in this page, by the code that runs on the scanner. Move the light; change a reading.";
+  const where = methods.every((method) => method.scan.fit) ? " by the trainer. Move the light." : inPage;
+  byId("lead").textContent = (data.reference ? "Scans of this material, fitted" : "Fitted from readings") + where;
   byId("viewer").hidden = false;
   for (const material of materials) {
     const figure = document.createElement("figure");
@@ -134,7 +145,7 @@ const start = async () => {
     key.style.borderColor = `var(${material.color})`;
     key.classList.toggle("reference", !material.scan);
     const { scan } = material;
-    summary.textContent = scan ? `${scan.model}, ${scan.samples.length} readings, ${scan.how}` : material.reference.name;
+    summary.textContent = scan ? `${scan.model}, ${scan.samples.length} readings, ${scan.fit ? "fitted by the trainer" : scan.how}` : material.reference.name;
     material.facts = figure.querySelector("dl");
     material.ring = figure.querySelector("i");
     material.sphere = new Sphere(material.core, canvas);
@@ -149,6 +160,14 @@ const start = async () => {
     byId("spheres").append(figure);
     addControls(element, () => document.querySelector('[name="drag"]:checked').value, changed);
   }
+  // The light begins where the first fit has readings in the plot.
+  const [first] = selected.readings.plane;
+  if (selected.scan.fit && first) {
+    setLightAngle(first.arms[0]);
+    DEFAULT_VIEW.light = scene.light;
+  }
+  byId("band-key").hidden = !methods.some((method) => method.band);
+  byId("reading-key").hidden = !methods.some((method) => method.readings.plane.length);
   select(selected);
   if (data.reference) {
     byId("footnote").textContent = `Losses against the reference material are means of |Δ ln(1 + f cos θi)| over ${referenceValues.length / 24} directions, uniform in (θh, θd, φd). The reference sphere is drawn from a table with loss ${data.reference.table_loss.toFixed(4)}.`;

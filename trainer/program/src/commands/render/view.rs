@@ -5,12 +5,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use clap::{ArgGroup, Args};
-use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::Degradation;
 use glimpse_fitting::measurement::{
-    AngleArgs, Multiple, NamedRecipe, ReadingQuantity, ReadingRows, Readings, SampleReading,
-    Selection,
+    AngleArgs, MaterialFit, Multiple, NamedRecipe, ReadingQuantity, ReadingRows, ReadingStatus,
+    Readings, SampleReading, Selection,
 };
 use glimpse_fitting::route::MachineArgs;
 use glimpse_kernels::scan::scan_with_missing;
@@ -26,7 +25,8 @@ use crate::report::{MAX_LOBES, document};
 /// Write an interactive HTML page that fits scans in a browser.
 ///
 /// The page shows a sphere for each recipe, and one for the reference. Dragging moves the light or
-/// the camera. Below is a plot of the BRDF in the plane of incidence, and a slider for each reading.
+/// the camera. Below is a plot of the BRDF and the readings in the plane of incidence, and a slider for
+/// each reading.
 /// After each change the page repeats the fit, with the device's own code as WebAssembly, and
 /// updates the loss and the predicted loss. The page is a single file of about 1 MB. It needs
 /// neither network nor server, and works on a phone.
@@ -34,8 +34,9 @@ use crate::report::{MAX_LOBES, document};
 /// With --material, the readings are those of a virtual scan of the material, which is also the
 /// reference. With --measurements, they are read from a file for each recipe, in the same order, such
 /// as readings.csv of `trainer fit`; --reference is optional then. If a recipe tolerates missing
-/// readings, each can be switched off. With readings at any directions, the page marks the direction
-/// to read next, as `trainer next` does.
+/// readings, each can be switched off. Readings at any directions are not fitted in the page: it shows
+/// the fit of `trainer fit`, with one standard deviation in the plot, and marks the direction to read
+/// next, as `trainer next` does.
 ///
 /// A recipe of the model linear, or for readings at any directions, needs its basis file next to it.
 ///
@@ -86,24 +87,23 @@ impl View {
         let material = materials.first().map(|material| &**material);
         let mut scans = Vec::new();
         for (index, (path, given)) in self.recipes.iter().zip(&recipes).enumerate() {
-            let (chosen, readings, next) = match (self.measurements.get(index), material) {
-                (Some(file), _) => measured(given, file)?,
-                (None, Some(material)) => {
-                    let recipe = given.file.recipe();
-                    warn(&given.file.metadata().materials, &materials);
-                    let readings = self.virtual_readings(&recipe, material, seed);
-                    let context = || format!("virtual scan with {}", path.display());
-                    (given.clone(), readings.with_context(context)?, None)
-                }
-                (None, None) => (given.clone(), Vec::new(), None),
-            };
-            scans.push(RecipeScan {
+            let mut scan = RecipeScan {
                 name: name_of(path),
-                recipe: chosen.file,
-                basis: chosen.basis.map(|basis| basis.file().to_vec()),
-                readings,
-                next,
-            });
+                recipe: given.file.clone(),
+                basis: given.basis.as_ref().map(|basis| basis.file().to_vec()),
+                samples: Vec::new(),
+                fit: None,
+                next: None,
+            };
+            if let Some(file) = self.measurements.get(index) {
+                add_measured(&mut scan, given, file)?;
+            } else if let Some(material) = material {
+                warn(&given.file.metadata().materials, &materials);
+                let samples = self.virtual_readings(&given.file.recipe(), material, seed);
+                let context = || format!("virtual scan with {}", path.display());
+                scan.samples = samples.with_context(context)?;
+            }
+            scans.push(scan);
         }
         let reference = material.map(Reference::new);
         if let Some(reference) = &reference {
@@ -162,7 +162,7 @@ impl View {
         recipe: &Recipe<'_>,
         material: &dyn Material,
         seed: u64,
-    ) -> anyhow::Result<Vec<Option<[f32; 3]>>> {
+    ) -> anyhow::Result<Vec<SampleReading>> {
         let noise = Degradation {
             noise: self.noise.unwrap_or(0.0),
             ..Degradation::default()
@@ -172,13 +172,18 @@ impl View {
             "the recipe is for readings at any directions, so --material has no scan: give --measurements"
         );
         let mut reader = noise.reader(material, recipe.samples(), seed);
-        let mut readings = Vec::new();
+        let mut samples = Vec::new();
         scan_with_missing(recipe, &mut |index, angles| {
             let reading = reader.read(index.into(), angles);
-            readings.push(reading);
+            let mut sample = SampleReading::new(angles);
+            if let Some(mean) = reading {
+                (sample.brdf.count, sample.brdf.mean) = (1, mean);
+                sample.status = ReadingStatus::Used;
+            }
+            samples.push(sample);
             reading
         })?;
-        Ok(readings)
+        Ok(samples)
     }
 }
 
@@ -188,29 +193,27 @@ fn name_of(path: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// A recipe, its readings, and the direction to read next.
-type Measured = (NamedRecipe, Vec<Option<[f32; 3]>>, Option<Angles<f32>>);
-
-/// Returns the recipe that fits readings from a lab, and those that `trainer fit` would use. If they are not those of
-/// the recipe's pattern, there is a direction to read next.
-fn measured(given: &NamedRecipe, file: &Path) -> anyhow::Result<Measured> {
+/// Adds readings from a lab to a scan. If they are not those of the recipe's pattern, the page displays the fit of
+/// `trainer fit`, and there is a direction to read next.
+fn add_measured(scan: &mut RecipeScan, given: &NamedRecipe, file: &Path) -> anyhow::Result<()> {
     let rows = ReadingRows::read(file, &AngleArgs::default())?;
     let readings = Readings::new(given, rows, ReadingQuantity::of(Multiple::Brdf))?;
+    let context = || file.display().to_string();
+    if !given.is_any() && readings.off_pattern.is_none() {
+        let selection = Selection::new(readings, false).with_context(context)?;
+        scan.samples = selection.readings.samples;
+        return Ok(());
+    }
+    let fit = MaterialFit::new(readings, scan.name.clone(), false).with_context(context)?;
     let Selection {
         readings,
         posterior,
         ..
-    } = Selection::new(readings, false).with_context(|| file.display().to_string())?;
-    let next = if given.is_any() || readings.off_pattern.is_some() {
-        given.next(
-            &MachineArgs::default(),
-            (&posterior, &readings.pattern()),
-            1,
-        )?
-    } else {
-        Vec::new()
-    };
-    let next = next.first().map(|proposal| proposal.angles);
-    let used = readings.samples.iter().map(SampleReading::used).collect();
-    Ok((readings.recipe, used, next))
+    } = &fit.selection;
+    let next = given.next(&MachineArgs::default(), (posterior, &readings.pattern()), 1)?;
+    scan.next = next.first().map(|proposal| proposal.angles);
+    (scan.recipe, scan.basis) = (given.continuing().file, None);
+    scan.samples.clone_from(&readings.samples);
+    scan.fit = Some(fit);
+    Ok(())
 }

@@ -112,12 +112,25 @@ fn page_of_lab_readings_without_reference() {
     assert!(data["shown"][0]["next"].is_null());
     folder.write("any.csv", "theta_i,theta_o,r,g,b\n45,30,0.2,0.1,0.1\n");
     folder.succeed("render view neural-n8.recipe --measurements any.csv --out any.html");
-    let next = &self::data(&folder.read_text("any.html"))["shown"][0]["next"];
+    let scan = &self::data(&folder.read_text("any.html"))["shown"][0];
+    let next = &scan["next"];
     let proposed = &folder.succeed_as_json("next neural-n8.recipe --measurements any.csv");
     for name in ["theta_i", "theta_o"] {
         let difference = number(&next[name]) - number(&proposed["directions"][0][name]);
         assert!(difference.abs() < 1e-3, "{next} {proposed}");
     }
+
+    // The page has the fit of `trainer fit` instead of a recipe.
+    let fit = &scan["fit"];
+    let report = folder.succeed_as_json("fit neural-n8.recipe --measurements any.csv --out fit");
+    for field in ["/expected_loss/loss", "/expected_loss/bound"] {
+        let [shown, reported] =
+            [fit, &report[0]].map(|of| of.pointer(field).map_or(f64::NAN, number));
+        assert!((shown - reported).abs() < 1e-6, "{field}: {fit} {report}");
+    }
+    assert!(number(&fit["table_loss"]) < 5e-3, "{}", fit["table_loss"]);
+    assert_eq!([&scan["recipe"], &scan["basis"]], [&json!(null); 2]);
+    assert!(data["shown"][0]["fit"].is_null() && data["shown"][0]["recipe"].is_string());
 }
 
 #[test]
