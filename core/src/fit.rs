@@ -19,7 +19,6 @@
 //! [`Phong`](crate::model::Phong), [`CookTorrance`](crate::model::CookTorrance), [`Neural`](crate::model::Neural) or
 //! [`Linear`] is the type parameter of a [`Scan`](crate::scan::Scan). [`AnyModel`] takes the model from the recipe.
 
-internal! { mod belief }
 mod channels;
 internal! { mod coefficient_net }
 internal! { mod coefficients }

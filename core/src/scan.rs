@@ -301,6 +301,22 @@ impl<'a, K: ScanModel> Scan<'a, K> {
         ))
     }
 
+    /// Begins a [`fit`](Self::fit) whose coefficients are known: those of red, green and blue, each of the recipe's
+    /// components. A host completes readings at any directions with more memory than the stages net and ridge have.
+    ///
+    /// # Errors
+    /// As [`fit`](Self::fit).
+    #[cfg(feature = "training")]
+    pub fn fit_from(&mut self, coefficients: [&[f32]; 3]) -> Result<Fit<'_, 'a, K>, Error> {
+        let fitting = self.fit()?.fitting;
+        let State { recipe, memory, .. } = &mut self.state;
+        let (slots, words) = split_mut(memory, recipe);
+        let done = recipe
+            .estimator
+            .set_coefficients(words, slots.len(), coefficients);
+        Ok(Fit::new(&mut self.state, Fitting { done, ..fitting }))
+    }
+
     /// The fit in progress. None if no fit has begun, if it is finished, or if a reading was recorded since.
     /// This is for firmware that cannot keep a [`Fit`] between two iterations of its loop.
     pub fn fit_under_way(&mut self) -> Option<Fit<'_, 'a, K>> {

@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if recipe.samples() == 0 {
             continue;
         }
-        let method = Method::with_recipe(&recipe, bundled.basis().map(|_| &basis), None)?;
+        let method = Method::with_recipe(&recipe, bundled.basis().map(|_| &basis))?;
         let mut on_procedural = 0.0;
         for material in &procedural {
             let fitted = method.fit(&**material, 0)?.fitted;

@@ -175,6 +175,27 @@ impl<'a> Estimator<'a> {
         keep_gray(words, self.model(), channels);
     }
 
+    /// Writes the coefficients of each channel, instead of the units of work that compute them. Returns their number.
+    #[cfg(feature = "training")]
+    pub(crate) fn set_coefficients(
+        &self,
+        words: &mut [f32],
+        samples: usize,
+        values: [&[f32]; 3],
+    ) -> u32 {
+        let Some(coefficients) = self.coefficients() else {
+            return 0;
+        };
+        let state = words.get_mut(self.refinement_words()..).unwrap_or_default();
+        let lists = state.chunks_exact_mut(coefficients.components().max(1));
+        for (list, values) in lists.zip(values) {
+            for (entry, value) in list.iter_mut().zip(values) {
+                *entry = *value;
+            }
+        }
+        coefficients.units(samples)
+    }
+
     /// Does the units of work from `done` to before `end`. The result of a fit does not depend on these ranges.
     #[inline(never)]
     pub fn advance(

@@ -40,7 +40,7 @@ use crate::recipe::Recipe;
 /// ```
 pub struct Fit<'s, 'a, K: ScanModel> {
     state: &'s mut State<'a>,
-    fitting: Fitting,
+    pub(super) fitting: Fitting,
     model: PhantomData<K>,
 }
 

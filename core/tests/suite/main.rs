@@ -15,7 +15,6 @@ macro_rules! by_math {
 
 mod basis;
 #[cfg(feature = "libm")]
-mod belief;
 mod checksum;
 mod documents;
 mod driver;

@@ -30,7 +30,7 @@ fn consecutive_scans_agree_with_host_and_evaluate() {
         let scan_loss = report.loss(None, &material).unwrap();
         let materials: [Box<dyn Material>; 1] = [Box::new(material)];
         let evaluated_loss = Evaluator::new(&materials)
-            .evaluate(&Method::with_recipe(&recipe, None, None).unwrap(), 0, 1)
+            .evaluate(&Method::with_recipe(&recipe, None).unwrap(), 0, 1)
             .unwrap()
             .metrics
             .loss;

@@ -17,7 +17,7 @@ const TOLERANCE: f64 = 0.5;
 /// A recipe for any directions, and one with a pattern.
 static RECIPES: LazyLock<[NamedRecipe; 2]> = LazyLock::new(|| {
     let any = NamedRecipe::any(ModelKind::Linear);
-    let with_pattern = any.at(&ANGLES[..4], &[]).expect("valid directions");
+    let with_pattern = any.at(&ANGLES[..4]).expect("valid directions");
     [any, with_pattern]
 });
 

@@ -53,6 +53,18 @@ pub fn scan_with_missing(
     recipe: &Recipe<'_>,
     read: &mut ReadSample<'_>,
 ) -> Result<ScanOutcome, Error> {
+    scan_from(recipe, read, None)
+}
+
+/// Runs a [scan](scan_with_missing), with the coefficients of red, green and blue if they are known.
+///
+/// # Errors
+/// As [`scan_with_missing`].
+pub fn scan_from(
+    recipe: &Recipe<'_>,
+    read: &mut ReadSample<'_>,
+    coefficients: Option<[&[f32]; 3]>,
+) -> Result<ScanOutcome, Error> {
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<AnyModel>::new(*recipe, &mut memory)?;
     for (index, angles) in (0..).zip(recipe.pattern()) {
@@ -60,7 +72,10 @@ pub fn scan_with_missing(
             scan.record(index, Reading::new(brdf))?;
         }
     }
-    let mut fit = scan.fit()?;
+    let mut fit = match coefficients {
+        Some(coefficients) => scan.fit_from(coefficients)?,
+        None => scan.fit()?,
+    };
     while !fit.advance(u32::MAX).is_complete() {}
     match fit.finish() {
         // Simulated materials may be perfectly uniform, and callers may want implausible results.

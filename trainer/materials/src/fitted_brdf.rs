@@ -5,7 +5,7 @@ use glimpse_core::model::{ModelKind, NeuralParameters, ParameterSet};
 use glimpse_kernels::ModelKernels;
 use serde::{Deserialize, Serialize};
 
-use crate::basis::{BasisTable, Reconstruction};
+use crate::basis::{BasisTable, Kernels, Reconstruction};
 use crate::{Brdf, BrdfWithDerivative, Viewing, weighted_sums};
 
 /// The BRDF of a fit: a model and its parameters.
@@ -15,11 +15,13 @@ pub struct FittedBrdf {
     values: Vec<f32>,
     /// The tabulated BRDF of the model Linear, or None for other models.
     reconstruction: Option<Reconstruction>,
+    /// The kernels of the basis.
+    kernels: Kernels,
 }
 
 impl FittedBrdf {
-    /// Makes a BRDF from a model's parameters, or from the coefficients of Linear (m for red, m for green, m for blue)
-    /// and a basis. Returns None if the number of values is wrong, or if the model is Linear and `basis` is None.
+    /// Makes a BRDF from a model's parameters, or from the [coefficients](BasisTable::coefficients) of Linear (those of red,
+    /// of green, of blue) and a basis. Returns None if the number of values is wrong, or if the model is Linear and `basis` is None.
     #[must_use]
     pub fn new(model: ModelKind, values: Vec<f32>, basis: Option<&BasisTable>) -> Option<Self> {
         let reconstruction = match model.parameters() {
@@ -31,7 +33,15 @@ impl FittedBrdf {
             model,
             values,
             reconstruction,
+            kernels: basis.map_or_else(Kernels::default, |basis| basis.kernels().clone()),
         })
+    }
+
+    /// Returns the kernels whose coefficients are among the [values](Self::values), after those of the components in each
+    /// channel. There are none but for the model Linear, fitted to readings at any directions.
+    #[must_use]
+    pub fn kernels(&self) -> &Kernels {
+        &self.kernels
     }
 
     /// Returns the model.

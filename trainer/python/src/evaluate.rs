@@ -57,7 +57,7 @@ pub(crate) fn evaluate<'py>(
     let recipe = recipe.get();
     let parsed = recipe.recipe();
     degradation.validate(parsed.samples(), Some(&parsed))?;
-    let mut method = Method::with_recipe(&parsed, recipe.0.basis.as_deref(), None)?;
+    let mut method = Method::with_recipe(&parsed, recipe.0.basis.as_deref())?;
     method.degradation = degradation;
     let materials = MaterialArgs::parse(materials, &[])?;
     let report = |stop: &AtomicBool| {

@@ -296,7 +296,7 @@ impl PyRecipe {
     /// Returns the recipe of readings at directions, an array (n, 2, 3), that a recipe without a pattern fits.
     fn at(&self, directions: &Bound<'_, PyAny>) -> Result<Self> {
         let angles = Pairs::from_arrays(directions, None)?.angles()?;
-        Ok(Self(self.0.at(&angles, &[])?))
+        Ok(Self(self.0.at(&angles)?))
     }
 
     /// Returns [mean, components]: the mapped mean, float32 (n,), and the components, float32 (n, k), at directions (n, 2, 3).

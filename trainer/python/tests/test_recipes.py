@@ -314,7 +314,7 @@ def test_completes_readings_at_any_directions(model):
     np.testing.assert_array_equal(each.parameters, exact.parameters)
     assert_names(str(pytest.raises(glimpse.GlimpseError, recipe.fit, material(pairs), pairs, noise=2).value), "noise")
     # A recipe of the same directions gives the same fit, in their order.
-    np.testing.assert_allclose(recipe.at(pairs).fit(material(pairs)).parameters, exact.parameters, atol=2e-3)
+    np.testing.assert_allclose(recipe.at(pairs).fit(material(pairs)).parameters, fitted.parameters, atol=1e-5)
     with pytest.raises(glimpse.GlimpseError):
         recipe.fit(material(pairs))
 
@@ -393,7 +393,10 @@ def test_bundled_recipes_have_names_and_components():
     any_recipe = glimpse.Recipe.load("linear-any")
     fitted = any_recipe.fit(material(recipe.directions), recipe.directions)
     mean, components = any_recipe.components(recipe.directions)
-    mapped = mean[:, None] + components @ fitted.parameters.reshape(3, -1).T
+    lists, count = fitted.parameters.reshape(3, -1), components.shape[1]
+    assert lists.shape[1] == count + recipe.samples
+    mapped = mean[:, None] + components @ lists[:, :count].T
     cosines = recipe.directions[:, :, 2].prod(1)[:, None]
     brdf = np.maximum(1e-3 * (np.exp(mapped) - 1) / cosines, 0)
-    np.testing.assert_allclose(brdf, fitted(recipe.directions), rtol=0.02)
+    # The rest is the discrepancy.
+    assert np.abs(np.log(brdf / fitted(recipe.directions))).mean() < 0.1

@@ -1,11 +1,9 @@
 //! Scans that choose each direction by the readings so far.
 
 use glimpse_core::geometry::Angles;
-use glimpse_fitting::linear::{Candidates, CoefficientPrior, Posterior, PosteriorReading};
-use glimpse_fitting::recipe::RecipeFile;
+use glimpse_fitting::linear::{Candidates, Posterior, PosteriorReading};
+use glimpse_fitting::measurement::NamedRecipe;
 use glimpse_fitting::route::Position;
-use glimpse_kernels::scan::scan_with_missing;
-use glimpse_materials::basis::BasisTable;
 
 use super::EvaluationError;
 use super::outcome::Outcome;
@@ -15,11 +13,7 @@ use super::reader::Reader;
 #[derive(Clone, Debug)]
 pub struct Adaptive<'a> {
     /// The recipe, without a pattern.
-    pub file: &'a RecipeFile,
-    /// The recipe's basis.
-    pub basis: &'a BasisTable,
-    /// The recipe's prior.
-    pub prior: CoefficientPrior,
+    pub recipe: &'a NamedRecipe,
     /// The directions among which a scan chooses.
     pub candidates: Candidates,
     /// The directions that are read first.
@@ -41,7 +35,7 @@ impl Adaptive<'_> {
         let mut readings: Vec<PosteriorReading> = Vec::new();
         let mut directions: Vec<Angles<f32>> = Vec::new();
         let posterior = |readings: &[PosteriorReading]| {
-            Posterior::new(&self.prior, readings).ok_or(EvaluationError::Unreachable)
+            Posterior::new(&self.recipe.prior, readings).ok_or(EvaluationError::Unreachable)
         };
         for index in 0..self.samples {
             let known = [&directions[..], &self.begin];
@@ -51,19 +45,14 @@ impl Adaptive<'_> {
             let brdf = brdf.ok_or(EvaluationError::Unreachable)?;
             seconds += next.seconds;
             directions.push(next.angles);
-            readings.push(PosteriorReading::new(next.angles, brdf));
+            readings.push(reader.posterior_reading(next.angles, brdf));
         }
-        let file = self
-            .file
-            .at_directions(self.basis, &directions, &[])
-            .map_err(|_| EvaluationError::Unreachable)?;
-        let (recipe, mut brdfs) = (file.recipe(), readings.iter().map(|reading| reading.brdf));
-        let values = scan_with_missing(&recipe, &mut |_, _| brdfs.next())?.values;
-        let outcome = Outcome::new(recipe.model(), values, Some(self.basis))?;
+        let recipe = self.recipe.at(&directions);
+        let recipe = recipe.map_err(|_| EvaluationError::Unreachable)?;
+        let mut read = |index, _| Some(readings[usize::from(index)].brdf);
         Ok(Outcome {
-            prediction: Some(posterior(&readings)?.loss(&*outcome.fitted)),
             seconds: self.position.as_ref().map(|_| seconds),
-            ..outcome
+            ..Outcome::of_scan(&recipe, &posterior(&readings)?, reader.material, &mut read)?
         })
     }
 }

@@ -133,6 +133,7 @@ impl<'a> Evaluator<'a> {
             Ok(FitMetrics {
                 metrics,
                 prediction: outcome.prediction,
+                coverage: outcome.coverage,
                 seconds: outcome.seconds,
             })
         };

@@ -1,10 +1,12 @@
 //! Methods: the directions that they measure and the way they fit.
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::{AnyModel, Channels, Estimator, ScanModel, Sgd};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{ModelKind, Sample, Samples, Slot, slot_of};
 use glimpse_core::recipe::Recipe;
-use glimpse_fitting::linear::{CoefficientPrior, ComponentsAt, Posterior, PosteriorReading};
+use glimpse_fitting::linear::{ComponentsAt, Posterior, PosteriorReading};
+use glimpse_fitting::measurement::NamedRecipe;
 use glimpse_kernels::ModelKernels;
 use glimpse_kernels::scan::scan_with_missing;
 use glimpse_materials::Material;
@@ -91,15 +93,13 @@ impl<'a> Method<'a> {
         }
     }
 
-    /// Creates a scan with a recipe: its pattern and its fit, as on a device. Linear needs the recipe's basis. A prior predicts
-    /// losses if the recipe does not.
+    /// Creates a scan with a recipe: its pattern and its fit, as on a device. Linear needs the recipe's basis.
     ///
     /// # Errors
     /// [`EvaluationError::Basis`]
     pub fn with_recipe(
         recipe: &Recipe<'a>,
         basis: Option<&'a BasisTable>,
-        prior: Option<CoefficientPrior>,
     ) -> Result<Self, EvaluationError> {
         let (recipe, model) = (*recipe, recipe.model());
         if recipe.basis_checksum() != basis.map(BasisTable::checksum) {
@@ -115,27 +115,46 @@ impl<'a> Method<'a> {
         };
         let pattern = SampleDirections::Pattern(recipe.pattern().collect());
         Ok(Self::new((name, model), pattern, move |reader, _, _| {
-            let mut readings = Vec::new();
             let scan = scan_with_missing(&recipe, &mut |index, angles| {
-                let index = usize::from(index);
-                let brdf = reader.read(index, angles)?;
-                readings.push(PosteriorReading::new(angles, brdf));
-                Some(brdf)
+                reader.read(usize::from(index), angles)
             })?;
             let outcome = Outcome::new(model, scan.values, basis)?;
-            let by_prior =
-                || Some(Posterior::new(prior.as_ref()?, &readings)?.loss(&*outcome.fitted));
             Ok(Outcome {
-                prediction: scan.prediction.or_else(by_prior),
+                prediction: scan.prediction,
                 ..outcome
             })
         }))
     }
 
+    /// Creates a scan with a recipe, and the fit of the host: at any directions the expected material, and with a pattern
+    /// that of a device. The recipe's prior predicts losses if the recipe does not.
+    ///
+    /// # Errors
+    /// [`EvaluationError::Basis`]
+    pub fn on_host(named: &'a NamedRecipe) -> Result<Self, EvaluationError> {
+        let recipe = named.file.recipe();
+        let on_device = Self::with_recipe(&recipe, named.basis.as_deref())?;
+        let run = move |reader: &mut Reader<'_>, pattern: &[Angles<f32>], _| {
+            let samples = pattern.iter().enumerate();
+            let samples = samples.map(|(index, angles)| {
+                let brdf = reader.read(index, *angles)?;
+                Some(reader.posterior_reading(*angles, brdf))
+            });
+            let samples: Vec<Option<PosteriorReading>> = samples.collect();
+            let present: Vec<PosteriorReading> = samples.iter().flatten().copied().collect();
+            let posterior = Posterior::new(&named.prior, &present);
+            let posterior = posterior.ok_or(Error::new(ErrorCode::Diverged))?;
+            let mut read = |index, _| Some(samples.get(usize::from(index))?.as_ref()?.brdf);
+            Outcome::of_scan(named, &posterior, reader.material, &mut read)
+        };
+        let names = (on_device.name, on_device.model);
+        Ok(Self::new(names, on_device.directions, run))
+    }
+
     /// Creates scans that choose each direction by the readings so far.
     #[must_use]
     pub fn adaptive(adaptive: Adaptive<'a>) -> Self {
-        let model = adaptive.file.recipe().model();
+        let model = adaptive.recipe.file.recipe().model();
         let directions = SampleDirections::Chosen(adaptive.samples);
         Self::new((names::GLIMPSE, model), directions, move |reader, _, _| {
             adaptive.scan(reader)
@@ -228,6 +247,7 @@ impl<'a> Method<'a> {
                 fitted: Box::new(Ggx::fit(&reader.read_all(angles))),
                 values: Vec::new(),
                 prediction: None,
+                coverage: None,
                 seconds: None,
             })
         })

@@ -1,9 +1,11 @@
 //! The result of a method for one material.
 
 use glimpse_core::model::ModelKind;
-use glimpse_kernels::scan::LossPrediction;
+use glimpse_fitting::linear::Posterior;
+use glimpse_fitting::measurement::NamedRecipe;
+use glimpse_kernels::scan::{LossPrediction, ReadSample};
 use glimpse_materials::basis::BasisTable;
-use glimpse_materials::{Brdf, FittedBrdf};
+use glimpse_materials::{Brdf, FittedBrdf, Material};
 
 use super::EvaluationError;
 
@@ -15,6 +17,9 @@ pub struct Outcome {
     pub values: Vec<f32>,
     /// The predicted loss, if the method has one.
     pub prediction: Option<LossPrediction>,
+    /// The share of directions at which the material is within one predicted standard deviation of the fit; None without a
+    /// posterior.
+    pub coverage: Option<f64>,
     /// The time of a scan that chooses directions by seconds, in seconds.
     pub seconds: Option<f64>,
 }
@@ -34,7 +39,30 @@ impl Outcome {
             fitted: Box::new(fitted),
             values,
             prediction: None,
+            coverage: None,
             seconds: None,
+        })
+    }
+
+    /// Creates the result of a host's fit of a posterior's readings of a material, which `read` returns by sample. The posterior predicts
+    /// the loss if the recipe does not.
+    ///
+    /// # Errors
+    /// [`EvaluationError::Scan`], [`EvaluationError::Basis`]
+    pub(super) fn of_scan(
+        recipe: &NamedRecipe,
+        posterior: &Posterior,
+        material: &dyn Material,
+        read: &mut ReadSample<'_>,
+    ) -> Result<Self, EvaluationError> {
+        let scan = recipe.scan(posterior, read)?;
+        let basis = recipe.basis_of(posterior);
+        let outcome = Self::new(recipe.file.recipe().model(), scan.values, basis.as_deref())?;
+        let prediction = scan.prediction;
+        Ok(Self {
+            coverage: Some(posterior.coverage(&*outcome.fitted, material)),
+            prediction: Some(prediction.unwrap_or_else(|| posterior.loss(&*outcome.fitted))),
+            ..outcome
         })
     }
 }

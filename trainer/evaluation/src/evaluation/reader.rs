@@ -6,6 +6,7 @@ use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::recipe::Recipe;
+use glimpse_fitting::linear::PosteriorReading;
 use glimpse_fitting::recipe::ReadingNoise;
 use glimpse_materials::Material;
 use rand::SeedableRng;
@@ -136,6 +137,19 @@ impl Reader<'_> {
         let cos_theta_i = HalfDifference::from_angles(angles).cos_theta_i();
         let brdf = self.material.at_angles(angles);
         Some(self.noise.read(brdf, cos_theta_i, &mut self.random))
+    }
+
+    /// Returns a reading for a posterior, which knows the noise relative to the reading.
+    pub(super) fn posterior_reading(
+        &self,
+        angles: Angles<f32>,
+        brdf: [f32; 3],
+    ) -> PosteriorReading {
+        let mut reading = PosteriorReading::new(angles, brdf);
+        if self.noise.multiplicative > 0.0 {
+            reading.noise = self.noise.multiplicative;
+        }
+        reading
     }
 
     /// Reads samples at all of these angles, without the missing ones.

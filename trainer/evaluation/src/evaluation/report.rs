@@ -22,6 +22,9 @@ pub struct MaterialMetrics {
     pub predicted_loss: Option<f64>,
     /// The upper bound of the loss for 90 % of materials, averaged over the seeds; None if the recipe has none.
     pub loss_bound: Option<f64>,
+    /// The share of directions at which the material is within one predicted standard deviation of the fit, averaged over
+    /// the seeds; None if it is unknown.
+    pub coverage: Option<f64>,
     /// True if the readings are unlike those of all training materials, for at least half of the seeds; None if the
     /// recipe cannot tell.
     pub unlike_training: Option<bool>,
@@ -38,6 +41,9 @@ pub struct PredictionQuality {
     pub rank_correlation: Option<f64>,
     /// The share of materials whose loss does not exceed its upper bound; None if the recipe has no bounds.
     pub bound_coverage: Option<f64>,
+    /// The share of directions at which materials are within one predicted standard deviation of the fit; None if it is
+    /// unknown.
+    pub coverage: Option<f64>,
 }
 
 /// The loss on unseen materials.
@@ -89,6 +95,7 @@ pub struct EvaluationReport {
 pub(super) struct FitMetrics {
     pub(super) metrics: Metrics,
     pub(super) prediction: Option<LossPrediction>,
+    pub(super) coverage: Option<f64>,
     /// The time of a scan that chooses directions by seconds, in seconds.
     pub(super) seconds: Option<f64>,
 }
@@ -102,12 +109,14 @@ impl MaterialMetrics {
                 .map(|fit| value(fit.prediction.as_ref()?).map(f64::from));
             Some(values.sum::<Option<f64>>()? / fits.len() as f64)
         };
+        let coverage: Option<f64> = fits.iter().map(|fit| fit.coverage).sum();
         Self {
             name: name.to_owned(),
             metrics: Metrics::mean_of_repetitions(fits.iter().map(|fit| fit.metrics))
                 .unwrap_or_default(),
             predicted_loss: mean(|prediction| Some(prediction.loss)),
             loss_bound: mean(|prediction| prediction.bound),
+            coverage: coverage.map(|sum| sum / fits.len() as f64),
             unlike_training: mean(|prediction| prediction.unlike_training.map(f32::from))
                 .map(|share| share >= 0.5),
             overlap: None,
@@ -197,7 +206,10 @@ impl PredictionQuality {
             .iter()
             .map(|each| Some(f64::from(each.metrics.loss <= each.loss_bound?)));
         let holds: Option<Vec<f64>> = holds.collect();
+        let coverage = materials.iter().map(|material| material.coverage);
+        let coverage: Option<Vec<f64>> = coverage.collect();
         Some(Self {
+            coverage: coverage.map(|list| Estimate::from_values(&list).mean),
             loss: Estimate::from_values(&predicted).mean,
             rank_correlation: rank_correlation(&predicted, losses),
             bound_coverage: holds.map(|list| Estimate::from_values(&list).mean),

@@ -74,12 +74,6 @@ impl ComponentsAt {
         &self.rows[direction * self.components..][..self.components]
     }
 
-    /// Returns the components at a direction in f64.
-    #[must_use]
-    pub fn row_f64(&self, direction: usize) -> Vec<f64> {
-        self.row(direction).iter().copied().map(f64::from).collect()
-    }
-
     /// Returns the values of the mean.
     #[must_use]
     pub fn means(&self) -> Vec<f32> {

@@ -2,13 +2,20 @@
 
 mod compact;
 mod components_at;
+mod inverse;
 mod least_squares;
 mod material_basis;
 mod next;
 mod posterior;
+mod prior;
+mod uncertainty;
 
 pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES, HOST_NODES, to_compact_bytes, to_host_bytes};
 pub use components_at::{ComponentsAt, add_scaled, bounded_precision, dot};
 pub use material_basis::{CHANNEL_COEFFICIENTS, material_basis};
 pub use next::{Candidates, Proposal};
-pub use posterior::{CoefficientPrior, LeftOut, Posterior, PosteriorReading, gain_without};
+pub use posterior::{DEFAULT_NOISE, LeftOut, MIN_NOISE, Posterior, PosteriorReading, gain_without};
+pub use prior::MaterialPrior;
+
+#[cfg(test)]
+mod tests;

@@ -1,18 +1,18 @@
 //! The directions to read next: those that reduce the expected loss most.
 //!
-//! The criterion is that of core's [belief](glimpse_core::fit::belief).
+//! A reading at q reduces the variance V at l by cov(l, q)^2 / (V(q) + noise), and the expected loss by the slope of ln(1 + f cos(theta_i))
+//! times the change of sqrt(V).
 
 use std::f32::consts::PI;
 
-use glimpse_core::fit::belief::{Weights, weights_length};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::gonio::Limits;
-use glimpse_kernels::scan::LossPrediction;
-use glimpse_materials::basis::BasisTable;
 use glimpse_materials::sampling::uniform_valid;
-use rayon::prelude::*;
+use nalgebra::DMatrix;
 
-use super::{ComponentsAt, Posterior};
+use super::posterior::{DEFAULT_NOISE, MIN_VARIANCE, Posterior};
+use super::prior::{DIFFERENCE_SHARE, SHARES, dense};
+use super::uncertainty::{Spread, loss_directions, prediction};
 use crate::route::Position;
 
 /// The number of directions to choose from.
@@ -21,19 +21,14 @@ const CANDIDATES: usize = 1_024;
 const MAX_DRAWN: usize = 65_536;
 /// The smallest cosine of a direction to the normal: 7 degrees above the horizon.
 const MIN_COSINE: f32 = 0.12;
-/// The number of directions of the loss.
-const LOSS_DIRECTIONS: usize = 512;
-/// The seed of the candidates, and that of the directions of the loss.
-const SEEDS: [u64; 2] = [77, 78];
+/// The seed of the candidates.
+const SEED: u64 = 77;
 /// The smallest difference of a candidate from all readings, in each of its angles, radians.
 const MIN_DIFFERENCE: f32 = 0.01;
 
 /// The directions to choose from.
 #[derive(Clone, Debug)]
-pub struct Candidates {
-    at: ComponentsAt,
-    loss: ComponentsAt,
-}
+pub struct Candidates(Vec<Angles<f32>>);
 
 /// A direction to read.
 #[derive(Clone, Copy, Debug)]
@@ -51,10 +46,8 @@ pub struct Proposal {
 impl Candidates {
     /// Draws directions within limits. They are the same for each call. There are fewer within narrow limits, maybe none.
     #[must_use]
-    pub fn new(basis: &BasisTable, limits: &Limits) -> Self {
-        let [own, of_loss] = SEEDS;
-        let all = uniform_valid(MAX_DRAWN, own);
-        let drawn = all.into_iter().enumerate();
+    pub fn new(limits: &Limits) -> Self {
+        let drawn = uniform_valid(MAX_DRAWN, SEED).into_iter().enumerate();
         let drawn = drawn.map(|(index, angles)| match (limits.in_plane, index % 2) {
             (false, _) => angles,
             (true, 0) => Angles {
@@ -71,9 +64,79 @@ impl Candidates {
             at.cos_theta_i().min(at.cos_theta_o()) > MIN_COSINE
                 && limits.check(&at.directions()).is_ok()
         };
+        Self(drawn.filter(is_within).take(CANDIDATES).collect())
+    }
+}
+
+/// The joint distribution of the mapped BRDF at candidates, and at the directions of the loss.
+struct Joint {
+    /// The posterior at the directions of the loss.
+    spreads: Vec<Spread>,
+    /// The covariances of the mean of the channels, and of the differences: first the candidates, then the directions of the
+    /// loss.
+    covariance: [DMatrix<f64>; 2],
+    /// The factor of variances.
+    scale: f64,
+    /// The variance of a reading's noise.
+    noise: f64,
+}
+
+impl Joint {
+    fn new(posterior: &Posterior, candidates: &[Angles<f32>]) -> Self {
+        let at = (posterior.prior()).at([candidates, &loss_directions()].concat());
+        let (discrepancy, rest) = posterior.remainder(&at);
+        let own = at.discrepancy(&at);
+        let discrepancy = dense(own.len(), &own) - posterior.explained(&discrepancy);
+        let covariance = [0, 1].map(|part: usize| {
+            let of_coefficients = &rest * posterior.covariance(part) * rest.transpose();
+            of_coefficients + &discrepancy * SHARES[part]
+        });
         Self {
-            at: ComponentsAt::new(basis, drawn.filter(is_within).take(CANDIDATES).collect()),
-            loss: ComponentsAt::new(basis, uniform_valid(LOSS_DIRECTIONS, of_loss)),
+            spreads: posterior.spreads(None, loss_directions()),
+            covariance,
+            scale: posterior.scale(0.0, 0),
+            noise: f64::from(DEFAULT_NOISE).powi(2),
+        }
+    }
+
+    /// Returns the row of the first direction of the loss.
+    fn first_of_loss(&self) -> usize {
+        self.covariance[0].nrows() - self.spreads.len()
+    }
+
+    /// Returns the sum over the directions of the loss by which a reading at a candidate would reduce the expected losses.
+    fn reduction(&self, candidate: usize, slopes: &[f64]) -> f64 {
+        let columns = [0, 1].map(|part: usize| self.covariance[part].column(candidate));
+        let totals = [0, 1].map(|part| columns[part][candidate] + self.noise_of(part));
+        let rows = (self.first_of_loss()..).zip(&self.spreads);
+        let terms = rows.zip(slopes).map(|((row, spread), slope)| {
+            let mean = columns[0][row].powi(2) / totals[0];
+            let difference = columns[1][row].powi(2) / totals[1];
+            let change = self.scale * (mean + DIFFERENCE_SHARE * difference);
+            let variance = spread.deviation * spread.deviation;
+            slope * (spread.deviation - (variance - change).max(0.0).sqrt())
+        });
+        terms.sum()
+    }
+
+    fn noise_of(&self, part: usize) -> f64 {
+        self.noise * SHARES[part]
+    }
+
+    /// Assumes a reading at a candidate, with its expected value.
+    fn assume(&mut self, candidate: usize) {
+        for part in 0..2 {
+            let noise = self.noise_of(part);
+            let covariance = &mut self.covariance[part];
+            let column = covariance.column(candidate).into_owned();
+            covariance.ger(-1.0 / (column[candidate] + noise), &column, &column, 1.0);
+        }
+        let first = self.first_of_loss();
+        for (index, spread) in self.spreads.iter_mut().enumerate() {
+            let [mean, difference] =
+                [0, 1].map(|part: usize| self.covariance[part][(first + index, first + index)]);
+            let variance = self.scale * (mean + DIFFERENCE_SHARE * difference);
+            spread.deviation = variance.max(MIN_VARIANCE).sqrt();
         }
     }
 }
@@ -90,84 +153,44 @@ impl Posterior {
         count: usize,
         position: &mut Option<Position>,
     ) -> Vec<Proposal> {
-        let mut posterior = self.clone();
+        if count == 0 {
+            return Vec::new();
+        }
+        let begin = begin.iter().filter(|angles| !is_among(angles, measured));
+        let mut angles: Vec<Angles<f32>> = begin.take(count).copied().collect();
+        let begun = angles.len();
+        angles.extend(&candidates.0);
+        let mut joint = Joint::new(self, &angles);
         let mut used: Vec<Angles<f32>> = measured.to_vec();
-        let mut begin = begin.iter().filter(|angles| !is_among(angles, measured));
-        let proposals = (0..count).map_while(|_| {
-            let angles = match begin.next() {
-                Some(angles) => *angles,
-                None => posterior.best(candidates, &used, position.as_ref())?,
+        let proposals = (0..count).map_while(|index| {
+            let chosen = if index < begun {
+                index
+            } else {
+                let spreads = joint.spreads.iter();
+                let slopes = spreads.map(|spread| spread.change() / spread.deviation);
+                let slopes: Vec<f64> = slopes.collect();
+                let open = (0..angles.len()).filter(|index| !is_among(&angles[*index], &used));
+                let scores = open.map(|index| {
+                    let reduction = joint.reduction(index, &slopes);
+                    let arms = position.as_ref();
+                    let seconds = arms.map_or(1.0, |arms| arms.seconds_to(angles[index]));
+                    (index, reduction / seconds)
+                });
+                let best = scores.max_by(|a, b| a.1.total_cmp(&b.1));
+                best.filter(|(_, score)| *score > 0.0)?.0
             };
-            used.push(angles);
-            let seconds = position.as_mut().map_or(0.0, |each| each.move_to(angles));
-            let noise = posterior.noise;
-            let at = ComponentsAt::new(&posterior.basis, vec![angles]);
-            posterior.belief.assume(&at.row_f64(0), noise);
-            let prediction = posterior.expected_loss();
+            used.push(angles[chosen]);
+            joint.assume(chosen);
+            let prediction = prediction(&joint.spreads);
+            let arms = position.as_mut();
             Some(Proposal {
-                angles,
-                seconds,
+                angles: angles[chosen],
+                seconds: arms.map_or(0.0, |arms| arms.move_to(angles[chosen])),
                 expected_loss: prediction.loss,
                 bound: prediction.bound.unwrap_or(f32::INFINITY),
             })
         });
         proposals.collect()
-    }
-
-    /// The components at all directions.
-    #[must_use]
-    pub fn basis(&self) -> &BasisTable {
-        &self.basis
-    }
-
-    /// The number of readings.
-    #[must_use]
-    pub fn readings(&self) -> usize {
-        self.readings.count()
-    }
-
-    /// Predicts the loss of the expected material.
-    #[must_use]
-    pub fn expected_loss(&self) -> LossPrediction {
-        self.loss_of(None)
-    }
-
-    /// Returns the best candidate that differs from all used directions.
-    fn best(
-        &self,
-        candidates: &Candidates,
-        used: &[Angles<f32>],
-        position: Option<&Position>,
-    ) -> Option<Angles<f32>> {
-        let (at, loss) = (&candidates.at, &candidates.loss);
-        let mut weights = Weights::new(vec![0.0; weights_length(at.components)]);
-        for (i, center) in loss.mean.iter().enumerate() {
-            let row = loss.row_f64(i);
-            let predicted = self.belief.predict(&row);
-            let [cos_theta_i, weight] = [loss.cos_theta_i[i], loss.cosines[i].value].map(f64::from);
-            weights.add(
-                &row,
-                &predicted,
-                f64::from(center.value),
-                cos_theta_i,
-                weight,
-            );
-        }
-        let scores = (0..at.count()).into_par_iter().map_init(
-            || self.belief.clone(),
-            |belief, index| {
-                let angles = at.angles[index];
-                let seconds = position.map_or(1.0, |each| each.seconds_to(angles));
-                match is_among(&angles, used) {
-                    false => belief.reduction(&at.row_f64(index), self.noise, &weights) / seconds,
-                    true => 0.0,
-                }
-            },
-        );
-        let scores: Vec<f64> = scores.collect();
-        let best = scores.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-        best.filter(|(_, score)| **score > 0.0)
-            .map(|(index, _)| at.angles[index])
     }
 }
 
@@ -185,7 +208,7 @@ mod tests {
     use glimpse_materials::Procedural;
 
     use super::*;
-    use crate::linear::posterior::tests::{prior, readings};
+    use crate::linear::tests::{prior, readings};
     use crate::route::TimedMachine;
 
     fn posterior(count: usize) -> Posterior {
@@ -194,24 +217,20 @@ mod tests {
     }
 
     fn expected_loss_with(posterior: &Posterior, angles: &[Angles<f32>]) -> f32 {
-        let mut posterior = posterior.clone();
-        let noise = posterior.noise;
-        for angles in angles {
-            let at = ComponentsAt::new(&posterior.basis, vec![*angles]);
-            posterior.belief.assume(&at.row_f64(0), noise);
-        }
-        posterior.expected_loss().loss
+        let mut joint = Joint::new(posterior, angles);
+        (0..angles.len()).for_each(|index| joint.assume(index));
+        prediction(&joint.spreads).loss
     }
 
     #[test]
     fn proposals_are_better_than_random_directions() {
         for readings in [0, 3] {
             let posterior = posterior(readings);
-            let candidates = Candidates::new(posterior.basis(), &Limits::NONE);
+            let candidates = Candidates::new(&Limits::NONE);
             let proposals = posterior.next(&candidates, [&[], &[]], 4, &mut None);
             let own: Vec<Angles<f32>> = proposals.iter().map(|each| each.angles).collect();
             let expected = expected_loss_with(&posterior, &own);
-            assert_eq!(expected, proposals[3].expected_loss);
+            assert!((expected - proposals[3].expected_loss).abs() < 1e-6 * expected);
             for seed in 0..20 {
                 let random = expected_loss_with(&posterior, &uniform_valid(4, seed));
                 assert!(expected < random, "{expected} {random}");
@@ -222,6 +241,9 @@ mod tests {
             let begun = posterior.next(&candidates, [&[], &[own[1]]], 2, &mut None);
             assert_eq!(begun[0].angles, own[1]);
             assert_ne!(begun[1].angles, own[1]);
+            // Without a proposal, the loss is that of the posterior.
+            let so_far = posterior.expected_loss().loss;
+            assert!((expected_loss_with(&posterior, &[]) - so_far).abs() < 1e-5 * so_far);
         }
     }
 
@@ -234,7 +256,7 @@ mod tests {
             in_plane: true,
             ..Limits::NONE
         };
-        let candidates = Candidates::new(posterior.basis(), &limits);
+        let candidates = Candidates::new(&limits);
         let slow = TimedMachine {
             settle: 0.0,
             ..TimedMachine::default()
@@ -255,7 +277,7 @@ mod tests {
             max_theta_o: 1e-4,
             ..Limits::NONE
         };
-        let candidates = Candidates::new(posterior.basis(), &none);
+        let candidates = Candidates::new(&none);
         assert!(
             posterior
                 .next(&candidates, [&[], &[]], 6, &mut None)

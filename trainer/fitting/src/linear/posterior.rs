@@ -1,77 +1,38 @@
-//! The Gaussian posterior of a material's coefficients, given readings at any directions: the uncertainty of a fit.
+//! The Gaussian posterior of a material, given readings at any directions: the fit, and its uncertainty.
 //!
-//! It is core's [belief](glimpse_core::fit::belief) about a material, in f64.
+//! R = s^2 rho + N is the covariance of the discrepancy at the readings, plus their noise. The mapped readings y have the
+//! covariance S = Q V Q' + R, and at x the covariance k with the discrepancy. The expected coefficients are
+//! a = (V^-1 + Q' R^-1 Q)^-1 Q' R^-1 y. The expected material is q'a + k' R^-1 (y - Q a): a combination of components, and of kernels
+//! at the readings. Its variance is s^2 - k' R^-1 k + t' (V^-1 + Q' R^-1 Q)^-1 t with t = q - Q' R^-1 k.
 //!
-//! The evidence scales it: with E the squared Mahalanobis length of the readings under the prior, divided by their number n,
-//! all variances are multiplied by (6 + n E) / (6 + n). So a material unlike the training is uncertain.
+//! The mean of the channels has a third of R, and coefficients of its own; their differences have R.
+//!
+//! The evidence scales the variances: with E = y' S^-1 y / n for n readings, they are multiplied by (6 + n E) / (6 + n), if that
+//! is above 1. So a material unlike the training is uncertain.
 
-use std::f64::consts::FRAC_2_PI;
 use std::sync::Arc;
 
-use glimpse_core::fit::belief::{Belief, Predicted, belief_length};
-use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::geometry::Angles;
 use glimpse_core::model::linear::unmap;
-use glimpse_core::recipe::Recipe;
-use glimpse_kernels::scan::LossPrediction;
-use glimpse_materials::Brdf;
-use glimpse_materials::basis::BasisTable;
-use glimpse_materials::sampling::uniform_valid;
+use glimpse_materials::basis::{BasisTable, Kernels};
+use nalgebra::{Cholesky, DMatrix};
+use rayon::prelude::*;
 
-use super::ComponentsAt;
+use super::inverse::inverse;
+use super::prior::{
+    DIFFERENCE_SHARE, LENGTHS, MaterialPrior, PriorAt, SHARES, SparseColumns, VARIANCE, dense,
+};
 
 /// The number of readings that the prior's own scale counts as.
 const PRIOR_READINGS: f64 = 6.0;
-/// The variance of a mapped BRDF that the components do not express. It was chosen on procedural classes and RGL's
-/// materials that training did not see.
-const MISFIT: f64 = 0.3;
-/// The ratio of the bound, which holds for 90 % of materials, to the predicted loss; chosen on the same materials.
-const BOUND: f64 = 2.2;
-/// The number of directions of a predicted loss.
-const LOSS_DIRECTIONS: usize = 256;
-/// The seed of these directions.
-const LOSS_SEED: u64 = 9;
-/// The variance of the channels' mean, relative to that of a channel.
-const MEAN_SHARE: f64 = 1.0 / 3.0;
 
-/// The prior of a recipe without a pattern, or of one that was made of it for some directions.
-#[derive(Clone, Debug)]
-pub struct CoefficientPrior {
-    basis: Arc<BasisTable>,
-    /// The variances of the coefficients of the mean, and of the differences.
-    variance: [Vec<f64>; 2],
-    /// The variance of a mapped reading's noise.
-    noise: f64,
-}
-
-impl CoefficientPrior {
-    /// Takes the prior of a recipe. None for recipes with a learned pattern.
-    #[must_use]
-    pub fn new(recipe: &Recipe<'_>, basis: Arc<BasisTable>) -> Option<Self> {
-        let coefficients = recipe.estimator().coefficients()?;
-        let noise = f64::from(coefficients.noise?.variance);
-        let ridge = coefficients.ridge;
-        let precisions = [
-            (ridge.precision, noise * MEAN_SHARE),
-            (ridge.difference_precision, noise),
-        ];
-        Some(Self {
-            basis,
-            variance: precisions.map(|(precision, noise)| {
-                let each = precision.iter().map(|p| noise / f64::from(p));
-                each.collect()
-            }),
-            noise,
-        })
-    }
-
-    /// Returns the standard deviation of the prior's noise over that of a reading with an additional `deviation`, relative
-    /// to the reading.
-    #[must_use]
-    pub fn scale(&self, deviation: f32) -> f32 {
-        let variance = self.noise as f32;
-        (variance / (variance + deviation * deviation)).sqrt()
-    }
-}
+/// The smallest variance of a mapped BRDF: rounding makes smaller ones negative.
+pub(super) const MIN_VARIANCE: f64 = 1e-10;
+/// The standard deviation of a reading's noise relative to the reading, if it is unknown: 2 %.
+pub const DEFAULT_NOISE: f32 = 0.02;
+/// The smallest standard deviation of a reading's noise, relative to the reading: no instrument is better, and the posterior
+/// of exact readings would be singular. A smaller one is raised to it.
+pub const MIN_NOISE: f32 = 1e-3;
 
 /// A reading at any direction.
 #[derive(Clone, Copy, Debug)]
@@ -80,18 +41,18 @@ pub struct PosteriorReading {
     pub angles: Angles<f32>,
     /// The BRDF in linear RGB, sr^-1, not times the cosine.
     pub brdf: [f32; 3],
-    /// The standard deviation of the prior's noise, over that of the reading.
-    pub scale: f32,
+    /// The standard deviation of its noise, relative to the reading.
+    pub noise: f32,
 }
 
 impl PosteriorReading {
-    /// Creates a reading without noise.
+    /// Creates a reading of unknown noise.
     #[must_use]
     pub fn new(angles: Angles<f32>, brdf: [f32; 3]) -> Self {
         Self {
             angles,
             brdf,
-            scale: 1.0,
+            noise: DEFAULT_NOISE,
         }
     }
 }
@@ -108,333 +69,303 @@ pub struct LeftOut {
     log_density: f64,
 }
 
+/// The distribution of the mapped BRDF at a direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Predicted {
+    /// The expected values of red, green and blue, minus the mean of the training.
+    pub(super) expected: [f64; 3],
+    /// The variance of each of them.
+    pub(super) variance: f64,
+}
+
+/// The part of a posterior that does not depend on the values of readings.
+#[derive(Clone, Debug)]
+struct Design {
+    prior: MaterialPrior,
+    at: PriorAt,
+    /// R^-1, n x n. Rows and columns of removed readings are 0.
+    inverse: DMatrix<f64>,
+    /// R^-1 Q, n x K.
+    gain: DMatrix<f64>,
+    /// The covariances of the coefficients of the mean, and of the differences: (V^-1 + Q' R^-1 Q / share)^-1, K x K.
+    covariance: [DMatrix<f64>; 2],
+}
+
 /// The posterior of a material, given readings.
 #[derive(Clone, Debug)]
 pub struct Posterior {
-    pub(super) basis: Arc<BasisTable>,
-    pub(super) belief: Belief<f64, Vec<f64>>,
-    pub(super) readings: ComponentsAt,
-    /// The mapped readings minus the mean of the training, and the variance of their noise.
-    targets: Vec<([f64; 3], f64)>,
-    /// The variance of the noise of the prior.
-    pub(super) noise: f64,
+    design: Arc<Design>,
+    /// y of the mean and of the differences of the channels, a column for each list.
+    targets: [DMatrix<f64>; 2],
+    /// The expected coefficients of these lists.
+    coefficients: [DMatrix<f64>; 2],
+    /// R^-1 (y - Q a) of these lists.
+    weights: [DMatrix<f64>; 2],
+    /// y' S^-1 y of the mean, and of the differences, which have two independent lists, over 3.
+    evidence: f64,
+    /// The number of readings that were not removed.
+    count: usize,
+}
+
+impl Design {
+    /// None if a number is not finite.
+    fn new(prior: MaterialPrior, at: PriorAt, inverse: DMatrix<f64>) -> Option<Self> {
+        let gain = &inverse * &at.rows;
+        let precision = at.rows.transpose() * &gain;
+        let covariance = |part: usize| {
+            let mut precision = &precision / SHARES[part];
+            for (k, variance) in prior.variance[part].iter().enumerate() {
+                precision[(k, k)] += 1.0 / variance;
+            }
+            Some(Cholesky::new(precision)?.inverse())
+        };
+        Some(Self {
+            covariance: [covariance(0)?, covariance(1)?],
+            gain,
+            inverse,
+            at,
+            prior,
+        })
+    }
 }
 
 impl Posterior {
     /// Computes the posterior. None if a number is not finite.
     #[must_use]
-    pub fn new(prior: &CoefficientPrior, readings: &[PosteriorReading]) -> Option<Self> {
-        let angles = readings.iter().map(|each| each.angles).collect();
-        let at = ComponentsAt::new(&prior.basis, angles);
-        let brdf = readings.iter().map(|each| each.brdf.map(|f| f.max(0.0)));
-        let [red, green, blue] = at.mapped_channels(&brdf.collect::<Vec<_>>());
-        let memory = vec![0.0; belief_length(at.components)];
-        let variances = prior.variance.each_ref().map(|list| list.iter().copied());
-        let mut belief = Belief::new(variances, memory)?;
-        let targets = readings.iter().enumerate().map(|(i, reading)| {
-            let noise = prior.noise / f64::from(reading.scale).powi(2);
-            (
-                [&red, &green, &blue].map(|channel| f64::from(channel[i])),
-                noise,
-            )
-        });
-        let targets: Vec<_> = targets.collect();
-        for (i, (target, noise)) in targets.iter().enumerate() {
-            belief.add(&at.row_f64(i), *target, *noise);
+    pub fn new(prior: &MaterialPrior, readings: &[PosteriorReading]) -> Option<Self> {
+        let at = prior.at(readings.iter().map(|reading| reading.angles).collect());
+        let mut covariance = dense(readings.len(), &at.discrepancy(&at));
+        for (index, reading) in readings.iter().enumerate() {
+            covariance[(index, index)] += f64::from(reading.noise.max(MIN_NOISE)).powi(2);
         }
-        belief.evidence().is_finite().then(|| Self {
-            basis: prior.basis.clone(),
-            belief,
-            readings: at,
+        let design = Design::new(prior.clone(), at, inverse(covariance)?)?;
+        let brdf: Vec<[f32; 3]> = readings.iter().map(|reading| reading.brdf).collect();
+        let targets = mapped(&design.at, &brdf);
+        let posterior = Self::of_targets(targets, Arc::new(design), readings.len());
+        posterior.evidence.is_finite().then_some(posterior)
+    }
+
+    /// Returns the posterior of other readings at the same directions (BRDF in linear RGB, sr^-1, not times the cosine), with
+    /// the same noise.
+    #[must_use]
+    pub fn of(&self, brdf: &[[f32; 3]]) -> Self {
+        Self::of_targets(
+            mapped(&self.design.at, brdf),
+            self.design.clone(),
+            self.count,
+        )
+    }
+
+    fn of_targets(targets: [DMatrix<f64>; 2], design: Arc<Design>, count: usize) -> Self {
+        let coefficients = [0, 1].map(|part: usize| {
+            let projected = design.gain.tr_mul(&targets[part]) / SHARES[part];
+            &design.covariance[part] * projected
+        });
+        let weights = [0, 1].map(|part: usize| {
+            &design.inverse * (&targets[part] - &design.at.rows * &coefficients[part])
+        });
+        let of_part = |part: usize| weights[part].dot(&targets[part]) / SHARES[part];
+        Self {
+            evidence: (of_part(0) + of_part(1)) / 3.0,
+            design,
             targets,
-            noise: prior.noise,
+            coefficients,
+            weights,
+            count,
+        }
+    }
+
+    /// Returns the posterior without a reading. None if a number is not finite.
+    #[must_use]
+    pub fn without(&self, index: usize) -> Option<Self> {
+        let mut inverse = self.design.inverse.clone();
+        let column = inverse.column(index).into_owned();
+        if column[index] <= 0.0 {
+            return Some(self.clone());
+        }
+        inverse.ger(-1.0 / column[index], &column, &column, 1.0);
+        inverse.column_mut(index).fill(0.0);
+        inverse.row_mut(index).fill(0.0);
+        let Design { prior, at, .. } = &*self.design;
+        let design = Design::new(prior.clone(), at.clone(), inverse)?;
+        let targets = self.targets.clone();
+        Some(Self::of_targets(targets, Arc::new(design), self.count - 1))
+    }
+
+    /// Returns the components at all directions.
+    #[must_use]
+    pub fn basis(&self) -> &BasisTable {
+        &self.prior().basis
+    }
+
+    pub(super) fn prior(&self) -> &MaterialPrior {
+        &self.design.prior
+    }
+
+    /// Returns the number of readings.
+    #[must_use]
+    pub fn readings(&self) -> usize {
+        self.count
+    }
+
+    /// Returns the kernels of the expected material.
+    #[must_use]
+    pub fn kernels(&self) -> Kernels {
+        let directions = self.design.at.components.angles.iter();
+        Kernels {
+            lengths: LENGTHS,
+            directions: directions.map(|angles| angles.to_array()).collect(),
+        }
+    }
+
+    /// Returns the coefficients of the expected material in red, green and blue: of the components, then of the
+    /// [kernels](Self::kernels).
+    #[must_use]
+    pub fn coefficients(&self) -> [Vec<f32>; 3] {
+        [0, 1, 2].map(|channel| {
+            let sum = |[mean, differences]: &[DMatrix<f64>; 2], factor: f64| {
+                let sum = mean.column(0) + differences.column(channel);
+                let sum = sum.iter().map(|value| (factor * value) as f32);
+                sum.collect::<Vec<f32>>()
+            };
+            [sum(&self.coefficients, 1.0), sum(&self.weights, VARIANCE)].concat()
         })
     }
 
     /// Returns the factor of all variances, without the evidence of a number of readings.
-    fn scale(&self, without: f64, number: usize) -> f64 {
-        let evidence = self.belief.evidence() - without;
-        (PRIOR_READINGS + evidence.max(0.0))
-            / (PRIOR_READINGS + (self.readings.count() - number) as f64)
+    pub(super) fn scale(&self, without: f64, number: usize) -> f64 {
+        let evidence = self.evidence - without;
+        let count = (self.count - number) as f64;
+        ((PRIOR_READINGS + evidence) / (PRIOR_READINGS + count)).max(1.0)
     }
 
-    /// Predicts each reading from the others.
+    /// Predicts each reading from the others. None for removed ones.
     #[must_use]
-    pub fn left_out(&self) -> Vec<LeftOut> {
-        let each = self.targets.iter().enumerate().map(|(i, (target, noise))| {
-            let predicted = self.belief.predict(&self.readings.row_f64(i));
-            let [mean_variance, difference_variance] = predicted.variance;
-            // Without the reading, its rest and variance are divided by 1 - h, with h = q'S q / s.
-            let mean_noise = noise * MEAN_SHARE;
-            let mean_share = (1.0 - mean_variance / mean_noise).max(1e-6);
-            let share = (1.0 - difference_variance / noise).max(1e-6);
-            let rest: Vec<f64> = target
-                .iter()
-                .zip(predicted.expected)
-                .map(|(target, expected)| target - expected)
-                .collect();
-            let mean = rest.iter().sum::<f64>() * MEAN_SHARE;
-            let mean_rest = mean / mean_share;
-            let rests = [0, 1, 2].map(|channel: usize| (rest[channel] - mean) / share);
-            let variance = [mean_noise / mean_share, noise / share];
-            let squares = rests.iter().map(|rest| rest * rest);
-            let own = mean_rest * mean_rest / variance[0] + squares.sum::<f64>() / variance[1];
-            let scale = self.scale(own * MEAN_SHARE, 1);
-            let alone = Predicted {
-                expected: predicted.expected,
-                variance,
-            };
-            let alone = alone.with_misfit(MISFIT);
-            let mean_variance = scale * alone.variance[0];
-            let variance = scale * alone.channel_variance();
-            let of_mean = mean_rest / mean_variance.sqrt();
-            let z = rests.map(|rest| (mean_rest + rest) / variance.sqrt());
-            let z = z
-                .into_iter()
-                .chain([of_mean])
-                .max_by(|a, b| a.abs().total_cmp(&b.abs()));
-            let (center, weight) = (self.readings.mean[i].value, self.readings.cosines[i].value);
-            LeftOut {
+    pub fn left_out(&self) -> Vec<Option<LeftOut>> {
+        let (components, inverse) = (&self.design.at.components, &self.design.inverse);
+        let gain = &self.design.gain;
+        let reduced = [0, 1].map(|part| gain * self.covariance(part));
+        let all = (0..components.count()).map(|i| {
+            if inverse[(i, i)] <= 0.0 {
+                return None;
+            }
+            // Without the reading, its rest is the entry of S^-1 y divided by that of the diagonal of S^-1.
+            let diagonal = [0, 1].map(|part: usize| {
+                let explained = reduced[part].row(i).dot(&gain.row(i)) / SHARES[part];
+                (inverse[(i, i)] - explained).max(MIN_VARIANCE)
+            });
+            let [mean_variance, variance] = [0, 1].map(|part| SHARES[part] / diagonal[part]);
+            let mean_rest = self.weights[0][(i, 0)] / diagonal[0];
+            let rests = [0, 1, 2].map(|channel| self.weights[1][(i, channel)] / diagonal[1]);
+            let squares: f64 = rests.iter().map(|rest| rest * rest).sum();
+            let own = mean_rest * mean_rest / mean_variance + squares / variance;
+            let scale = self.scale(own / 3.0, 1);
+            let channel_variance = mean_variance + DIFFERENCE_SHARE * variance;
+            let of_mean = mean_rest / (scale * mean_variance).sqrt();
+            let z = rests.map(|rest| (mean_rest + rest) / (scale * channel_variance).sqrt());
+            let z = z.into_iter().chain([of_mean]);
+            let z = z.max_by(|a, b| a.abs().total_cmp(&b.abs()));
+            let (center, weight) = (components.mean[i].value, components.cosines[i].value);
+            Some(LeftOut {
                 z: z.unwrap_or_default(),
                 expected: [0, 1, 2].map(|channel| {
-                    let u = target[channel] - mean_rest - rests[channel];
+                    let target = self.targets[0][(i, 0)] + self.targets[1][(i, channel)];
+                    let u = target - mean_rest - rests[channel];
                     unmap(f64::from(center) + u, f64::from(weight)).max(0.0) as f32
                 }),
-                log_density: -0.5 * (of_mean * of_mean + mean_variance.ln()),
+                log_density: -0.5 * (of_mean * of_mean + (scale * mean_variance).ln()),
+            })
+        });
+        all.collect()
+    }
+
+    /// Returns the covariances of the discrepancy with the readings at some directions, and what remains of the components
+    /// there after the readings: q - Q' R^-1 k, a row for each direction.
+    pub(super) fn remainder(&self, at: &PriorAt) -> (SparseColumns, DMatrix<f64>) {
+        let Design { at: own, gain, .. } = &*self.design;
+        let columns = own.discrepancy(at);
+        let mut rest = at.rows.clone();
+        for (mut row, column) in rest.row_iter_mut().zip(&columns) {
+            for (index, entry) in column {
+                row -= gain.row(*index) * *entry;
             }
-        });
-        each.collect()
-    }
-
-    /// Returns the mean and the variance of the mapped BRDF at some directions: for each one the three channels, and the
-    /// variance of each.
-    fn mapped(&self, at: &ComponentsAt) -> Vec<([f64; 3], f64)> {
-        let scale = self.scale(0.0, 0);
-        let each = at.mean.iter().enumerate().map(|(i, center)| {
-            let predicted = self.belief.predict(&at.row_f64(i)).with_misfit(MISFIT);
-            let center = f64::from(center.value);
-            (
-                predicted.expected.map(|each| center + each),
-                scale * predicted.channel_variance(),
-            )
-        });
-        each.collect()
-    }
-
-    /// Returns the standard deviation of the material from a fitted BRDF at some directions (linear RGB, sr^-1, not times the
-    /// cosine).
-    #[must_use]
-    pub fn deviations(&self, fit: &dyn Brdf, directions: Vec<Angles<f32>>) -> Vec<[f32; 3]> {
-        let spreads = self.spreads(Some(fit), directions);
-        let each = spreads.into_iter().map(|spread| {
-            let deviation = |channel| spread.difference(channel, 1.0, |brdf| brdf) as f32;
-            [0, 1, 2].map(deviation)
-        });
-        each.collect()
-    }
-
-    /// Predicts the loss of a fit: the mean of |ln(1 + f cos(theta_i)) - ln(1 + y cos(theta_i))| over all directions, with
-    /// y distributed as the posterior.
-    #[must_use]
-    pub fn loss(&self, fit: &dyn Brdf) -> LossPrediction {
-        self.loss_of(Some(fit))
-    }
-
-    /// Predicts the loss of a fit, or of the expected material.
-    pub(super) fn loss_of(&self, fit: Option<&dyn Brdf>) -> LossPrediction {
-        let spreads = self.spreads(fit, uniform_valid(LOSS_DIRECTIONS, LOSS_SEED));
-        let losses = spreads.iter().flat_map(|spread| {
-            // The mean magnitude of a normal variable.
-            let step = FRAC_2_PI.sqrt();
-            let logarithm = |brdf: f64| (brdf * spread.cos_theta_i).ln_1p();
-            (0..3).map(move |channel| spread.difference(channel, step, logarithm))
-        });
-        let loss = losses.sum::<f64>() / (3 * spreads.len()) as f64;
-        LossPrediction {
-            loss: loss as f32,
-            bound: Some((BOUND * loss) as f32),
-            unlike_training: None,
         }
+        (columns, rest)
     }
 
-    /// Returns the posterior at some directions. Without a fit, it is that of the expected material.
-    fn spreads(&self, fit: Option<&dyn Brdf>, directions: Vec<Angles<f32>>) -> Vec<Spread> {
-        let fitted = fit.map(|fit| {
-            let at = directions
-                .iter()
-                .map(|angles| HalfDifference::from_angles(*angles));
-            fit.values_at(&at.collect::<Vec<_>>())
+    /// Returns K' R^-1 K.
+    pub(super) fn explained(&self, covariances: &SparseColumns) -> DMatrix<f64> {
+        let covariances = &dense(self.design.inverse.nrows(), covariances);
+        covariances.transpose() * (&self.design.inverse * covariances)
+    }
+
+    /// Returns the covariance of the coefficients of a part.
+    pub(super) fn covariance(&self, part: usize) -> &DMatrix<f64> {
+        &self.design.covariance[part]
+    }
+
+    /// Returns the variance of the discrepancy of a channel, given its covariances with the readings: s^2 - k' R^-1 k.
+    fn discrepancy(&self, column: &[(usize, f64)]) -> f64 {
+        let inverse = &self.design.inverse;
+        let terms = column.iter().map(|(row, entry)| {
+            // The inverse is symmetric: what is above its diagonal counts twice.
+            let solved = inverse.column(*row);
+            let solved = solved.as_slice();
+            let above = column.iter().take_while(|(other, _)| other < row);
+            let above: f64 = above.map(|(other, entry)| entry * solved[*other]).sum();
+            entry * (2.0 * above + entry * solved[*row])
         });
-        let at = ComponentsAt::new(&self.basis, directions);
-        let mapped = self.mapped(&at).into_iter().enumerate();
-        let each = mapped.map(|(i, (mean, variance))| {
-            let weight = f64::from(at.cosines[i].value);
-            Spread {
-                weight,
-                cos_theta_i: f64::from(at.cos_theta_i[i]),
-                mean,
-                deviation: variance.sqrt(),
-                fit: match &fitted {
-                    Some(fitted) => fitted[i].map(|f| f64::from(f.max(0.0))),
-                    None => mean.map(|mapped| unmap(mapped, weight)),
-                },
+        VARIANCE - terms.sum::<f64>()
+    }
+
+    /// Predicts the mapped BRDF at some directions.
+    pub(super) fn predict(&self, at: &PriorAt) -> Vec<Predicted> {
+        let (columns, rest) = self.remainder(at);
+        let scale = self.scale(0.0, 0);
+        let reduced = [0, 1].map(|part: usize| &rest * self.covariance(part));
+        let means = [0, 1].map(|part: usize| &at.rows * &self.coefficients[part]);
+        let predict = |(i, column): (usize, &Vec<(usize, f64)>)| {
+            let mut expected = [0, 1, 2].map(|channel| means[0][(i, 0)] + means[1][(i, channel)]);
+            for (row, entry) in column {
+                for (channel, expected) in expected.iter_mut().enumerate() {
+                    let weight = self.weights[0][(*row, 0)] + self.weights[1][(*row, channel)];
+                    *expected += entry * weight;
+                }
             }
-        });
-        each.collect()
-    }
-}
-
-/// The posterior of a BRDF at a direction, and a fit.
-struct Spread {
-    /// cos(theta_i) cos(theta_o).
-    weight: f64,
-    cos_theta_i: f64,
-    /// The mean of the mapped BRDF.
-    mean: [f64; 3],
-    /// Its standard deviation.
-    deviation: f64,
-    /// The fitted BRDF.
-    fit: [f64; 3],
-}
-
-impl Spread {
-    /// Returns the root of the mean squared difference of a function of the BRDF from that of the fit, for BRDFs that are
-    /// `step` standard deviations around the mean.
-    fn difference(&self, channel: usize, step: f64, function: impl Fn(f64) -> f64) -> f64 {
-        let at = |step: f64| {
-            let mapped = self.mean[channel] + step * self.deviation;
-            function(unmap(mapped, self.weight).max(0.0))
+            let [mean, difference] =
+                [0, 1].map(|part: usize| reduced[part].row(i).dot(&rest.row(i)));
+            let discrepancy = self.discrepancy(column).max(0.0);
+            let variance = discrepancy + mean + DIFFERENCE_SHARE * difference;
+            Predicted {
+                expected,
+                variance: scale * variance.max(MIN_VARIANCE),
+            }
         };
-        let bias = at(0.0) - function(self.fit[channel]);
-        bias.hypot(0.5 * (at(step) - at(-step)))
+        columns.par_iter().enumerate().map(predict).collect()
     }
+}
+
+/// Returns the mapped readings minus the mean of the training: the mean of the channels, and the differences from it.
+fn mapped(at: &PriorAt, brdf: &[[f32; 3]]) -> [DMatrix<f64>; 2] {
+    let readings: Vec<[f32; 3]> = brdf.iter().map(|brdf| brdf.map(|f| f.max(0.0))).collect();
+    let channels = at.components.mapped_channels(&readings);
+    let rows = channels.map(|channel| channel.into_iter().map(f64::from));
+    let [red, green, blue] = rows.map(|channel| DMatrix::from_iterator(readings.len(), 1, channel));
+    let mean = (&red + &green + &blue) / 3.0;
+    let differences = [red, green, blue].map(|channel| channel - &mean);
+    let columns = differences.iter().map(|channel| channel.column(0));
+    let differences = DMatrix::from_columns(&columns.collect::<Vec<_>>());
+    [mean, differences]
 }
 
 /// Returns how much better readings predict each other without one of them: the sum of the differences of the logarithms
 /// of their densities.
 #[must_use]
-pub fn gain_without(all: &[LeftOut], index: usize, others: &[LeftOut]) -> f64 {
-    let with = all.iter().enumerate().filter(|(i, _)| *i != index);
-    let with: f64 = with.map(|(_, each)| each.log_density).sum();
-    others.iter().map(|each| each.log_density).sum::<f64>() - with
-}
-
-#[cfg(test)]
-pub(super) mod tests {
-    use glimpse_core::model::linear::map;
-    use glimpse_materials::{Material, Procedural};
-
-    use super::*;
-
-    /// Returns the prior of the bundled recipe `linear-any`.
-    pub(crate) fn prior() -> CoefficientPrior {
-        let recipe = include_bytes!("../../../recipes/any/linear-any.recipe");
-        let basis = include_bytes!("../../../recipes/any/linear-any.basis");
-        let recipe = Recipe::parse(recipe).expect("a valid recipe");
-        let basis = BasisTable::parse(basis).expect("a valid basis");
-        CoefficientPrior::new(&recipe, Arc::new(basis)).expect("a recipe without a pattern")
-    }
-
-    pub(crate) fn readings(material: &dyn Material, count: usize) -> Vec<PosteriorReading> {
-        let angles = uniform_valid(count, 5).into_iter();
-        angles
-            .map(|angles| PosteriorReading::new(angles, material.at_angles(angles)))
-            .collect()
-    }
-
-    /// The coefficients are those of the ridge solve in core.
-    #[test]
-    fn mean_is_the_ridge_solution() {
-        let prior = prior();
-        for count in [5, 30] {
-            let readings = readings(&Procedural::new(3, 7), count);
-            let posterior = Posterior::new(&prior, &readings).expect("finite");
-            let precision = |part: usize, noise: f64| -> Vec<f32> {
-                prior.variance[part]
-                    .iter()
-                    .map(|variance| (noise / variance) as f32)
-                    .collect()
-            };
-            let precisions = [precision(0, prior.noise / 3.0), precision(1, prior.noise)];
-            let brdf: Vec<[f32; 3]> = readings.iter().map(|each| each.brdf).collect();
-            let fitted = posterior
-                .readings
-                .fit_channels([&precisions[0], &precisions[1]], &brdf);
-            for (fitted, expected) in fitted.iter().zip(posterior.belief.coefficients()) {
-                assert!(
-                    (f64::from(*fitted) - expected).abs() < 1e-3,
-                    "{fitted} {expected}"
-                );
-            }
-        }
-    }
-
-    /// Predictions equal those of posteriors without the reading.
-    #[test]
-    fn left_out_readings_are_predicted_by_the_others() {
-        let prior = prior();
-        let all = readings(&Procedural::new(3, 7), 9);
-        let left_out = Posterior::new(&prior, &all).expect("finite").left_out();
-        for (index, prediction) in left_out.iter().enumerate() {
-            let mut others = all.clone();
-            let own = others.remove(index);
-            let posterior = Posterior::new(&prior, &others).expect("finite");
-            let at = ComponentsAt::new(&prior.basis, vec![own.angles]);
-            let (mapped, variance) = posterior.mapped(&at)[0];
-            let weight = f64::from(at.cosines[0].value);
-            for (channel, expected) in prediction.expected.iter().enumerate() {
-                let brdf = unmap(mapped[channel], weight).max(0.0) as f32;
-                assert!(
-                    (brdf - expected).abs() < 1e-4 * (1.0 + brdf),
-                    "{brdf} {expected}"
-                );
-            }
-            // The reading has noise, too.
-            let variance = variance + posterior.scale(0.0, 0) * prior.noise;
-            let z = [0, 1, 2].map(|channel| {
-                let u = map(f64::from(own.brdf[channel]), weight);
-                (u - mapped[channel]) / variance.sqrt()
-            });
-            let largest = z.into_iter().map(f64::abs).fold(0.0, f64::max);
-            assert!(prediction.z.abs() > 0.999 * largest, "{prediction:?} {z:?}");
-        }
-    }
-
-    /// More readings reduce the uncertainty, wrong ones and distant fits raise it, and the loss is that of samples.
-    #[test]
-    fn uncertainty_follows_readings() {
-        let prior = prior();
-        let material = Procedural::new(3, 7);
-        let fit = |at: &HalfDifference<f32>| material.at_angles(glimpse_materials::angles_of(at));
-        let loss = |readings: &[PosteriorReading]| {
-            f64::from(
-                Posterior::new(&prior, readings)
-                    .expect("finite")
-                    .loss(&fit)
-                    .loss,
-            )
-        };
-        let (few, many) = (readings(&material, 4), readings(&material, 60));
-        assert!(
-            loss(&many) < 0.8 * loss(&few),
-            "{} {}",
-            loss(&many),
-            loss(&few)
-        );
-        // A wrong reading that is stated to be noise has no influence.
-        let mut noisy = many.clone();
-        (noisy[0].brdf, noisy[0].scale) = ([99.0; 3], 1e-4);
-        let ratio = loss(&noisy) / loss(&many[1..]);
-        assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
-        let mut wrong = many.clone();
-        for reading in wrong.iter_mut().step_by(2) {
-            reading.brdf = reading.brdf.map(|f| 20.0 * f);
-        }
-        assert!(loss(&wrong) > 1.5 * loss(&many), "{}", loss(&wrong));
-        let black = Posterior::new(&prior, &many)
-            .expect("finite")
-            .loss(&|_: &HalfDifference<f32>| [0.0; 3]);
-        assert!(f64::from(black.loss) > 2.0 * loss(&many), "{black:?}");
-        assert!(Posterior::new(&prior, &[]).is_some_and(|each| each.loss(&fit).loss.is_finite()));
-    }
+pub fn gain_without(all: &[Option<LeftOut>], index: usize, others: &[Option<LeftOut>]) -> f64 {
+    let density = |list: &[Option<LeftOut>]| {
+        let list = list.iter().enumerate().filter(|(i, _)| *i != index);
+        list.filter_map(|(_, left_out)| Some(left_out.as_ref()?.log_density))
+            .sum::<f64>()
+    };
+    density(others) - density(all)
 }

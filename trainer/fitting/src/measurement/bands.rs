@@ -11,37 +11,31 @@
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::linear::{map, unmap};
-use glimpse_core::recipe::Recipe;
-use glimpse_kernels::scan::scan_with_missing;
-use glimpse_materials::basis::BasisTable;
 use glimpse_materials::{BandValues, Bands};
 use rayon::prelude::*;
 
-use super::readings::SampleReading;
+use super::readings::{Readings, SampleReading, known_readings};
+use crate::linear::Posterior;
 
 /// The number of repetitions.
 const REPETITIONS: usize = 3;
 
-/// Fits each band of the used readings of a recipe's samples.
+/// Fits each band of the used readings.
 ///
 /// # Errors
 /// If a fit fails as it would on a device.
-pub(super) fn fit_bands(
-    recipe: &Recipe<'_>,
-    basis: Option<&BasisTable>,
-    wavelengths: &[f32],
-    samples: &[SampleReading],
-) -> Result<Bands, Error> {
+pub(super) fn fit_bands(readings: &Readings, posterior: &Posterior) -> Result<Bands, Error> {
+    let samples = &readings.samples;
     let at = |sample: &SampleReading| HalfDifference::from_angles(sample.angles);
     let mapped = samples.iter().map(|sample| {
         let weight = weight(&at(sample));
-        let bands = sample.bands.iter().filter(|_| sample.used().is_some());
+        let bands = sample.bands.iter();
         bands.map(|value| map(value.max(0.0), weight)).collect()
     });
     let mapped: Vec<Vec<f32>> = mapped.collect();
     // u of each sample and band.
     let mut targets = mapped.clone();
-    let mut bands = fit_once(recipe, basis, &targets, wavelengths)?;
+    let mut bands = fit_once(readings, posterior, &targets)?;
     for _ in 0..REPETITIONS {
         for ((sample, targets), mapped) in samples.iter().zip(&mut targets).zip(&mapped) {
             let at = at(sample);
@@ -50,7 +44,7 @@ pub(super) fn fit_bands(
                 *target += measured - map(fitted, weight(&at));
             }
         }
-        bands = fit_once(recipe, basis, &targets, wavelengths)?;
+        bands = fit_once(readings, posterior, &targets)?;
     }
     Ok(bands)
 }
@@ -61,24 +55,36 @@ fn weight(at: &HalfDifference<f32>) -> f32 {
 }
 
 fn fit_once(
-    recipe: &Recipe<'_>,
-    basis: Option<&BasisTable>,
+    readings: &Readings,
+    posterior: &Posterior,
     targets: &[Vec<f32>],
-    wavelengths: &[f32],
 ) -> Result<Bands, Error> {
+    let Readings {
+        recipe,
+        samples,
+        rows,
+        ..
+    } = readings;
+    let wavelengths = &rows.wavelengths;
     let fit = |band: usize| {
-        let outcome = scan_with_missing(recipe, &mut |sample, angles| {
-            let targets = targets.get(usize::from(sample))?;
-            let target = targets.get(band)?;
+        let brdf = |sample: usize| {
+            let targets = &targets[sample];
+            let target = targets[band];
             let mean = targets.iter().sum::<f32>() / targets.len() as f32;
-            let weight = weight(&HalfDifference::from_angles(angles));
-            Some([*target, 2.0 * mean - target, mean].map(|mapped| unmap(mapped, weight)))
+            let weight = weight(&HalfDifference::from_angles(samples[sample].angles));
+            [target, 2.0 * mean - target, mean].map(|mapped| unmap(mapped, weight))
+        };
+        let known: Vec<[f32; 3]> = known_readings(samples).into_iter().map(brdf).collect();
+        let outcome = recipe.scan(&posterior.of(&known), &mut |sample, _| {
+            let sample = usize::from(sample);
+            samples.get(sample)?.used().map(|_| brdf(sample))
         })?;
         Ok(outcome.values)
     };
     let bands = (0..wavelengths.len()).into_par_iter().map(fit);
     let bands: Vec<Vec<f32>> = bands.collect::<Result<_, Error>>()?;
-    let per_fit = Bands::per_fit(recipe.model());
+    let model = recipe.file.recipe().model();
+    let per_fit = Bands::per_fit(model);
     let values = bands.chunks(per_fit).map(|bands| {
         let last = bands.len() - 1;
         let lists = (0..per_fit).map(|band| &bands[band.min(last)]);
@@ -88,8 +94,8 @@ fn fit_once(
     });
     let values = BandValues {
         values: values.collect(),
-        wavelengths: wavelengths.to_vec(),
+        wavelengths: wavelengths.clone(),
     };
-    let bands = Bands::new(values, recipe.model(), basis);
+    let bands = Bands::new(values, model, recipe.basis_of(posterior).as_deref());
     bands.ok_or(Error::new(ErrorCode::Diverged))
 }

@@ -4,7 +4,7 @@ use crate::linear::Posterior;
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::model::ModelKind;
 use glimpse_core::scan::Residual;
-use glimpse_kernels::scan::{LossPrediction, scan_with_missing};
+use glimpse_kernels::scan::LossPrediction;
 use glimpse_materials::setting::Name;
 use glimpse_materials::{FittedBrdf, FittedMaterial};
 
@@ -88,9 +88,13 @@ impl Selection {
                 samples: readings.samples.len(),
             });
         }
-        let prior = &readings.recipe.prior;
-        let outliers = Outliers::find(prior, &mut readings.samples);
         let known = known_readings(&readings.samples);
+        let prior = &readings.recipe.prior;
+        let of_samples = known.iter();
+        let of_samples = of_samples.filter_map(|index| readings.samples[*index].for_posterior());
+        let posterior = Posterior::new(prior, &of_samples.collect::<Vec<_>>());
+        let mut posterior = posterior.ok_or(Error::new(ErrorCode::Diverged))?;
+        let outliers = Outliers::find(posterior.clone(), &known, &mut readings.samples);
         if tolerates_missing {
             for (index, sample) in readings.samples.iter_mut().enumerate() {
                 if sample.brdf.saturated && known.binary_search(&index).is_err() {
@@ -100,13 +104,14 @@ impl Selection {
                 }
             }
         }
-        let used = known.iter().map(|index| &readings.samples[*index]);
-        let used = used.filter(|sample| sample.status == ReadingStatus::Used);
-        let used = used.filter_map(|sample| sample.for_posterior(prior));
-        // For deviations and predictions. The material comes from core's scan.
-        let posterior = Posterior::new(prior, &used.collect::<Vec<_>>());
+        for (index, sample) in known.iter().enumerate() {
+            if readings.samples[*sample].status != ReadingStatus::Used {
+                let others = posterior.without(index);
+                posterior = others.ok_or(Error::new(ErrorCode::Diverged))?;
+            }
+        }
         Ok(Self {
-            posterior: posterior.ok_or(Error::new(ErrorCode::Diverged))?,
+            posterior,
             readings,
             outliers,
         })
@@ -126,18 +131,17 @@ impl MaterialFit {
         }
         let selection = Selection::new(readings, keep_all)?;
         let readings = &selection.readings;
-        let (recipe, samples) = (readings.recipe.file.recipe(), &readings.samples);
-        let basis = readings.recipe.basis.as_deref();
-        let result = scan_with_missing(&recipe, &mut |index, _| {
-            samples.get(usize::from(index))?.used()
-        })?;
-        let fitted = FittedBrdf::new(model, result.values, basis);
+        let samples = &readings.samples;
+        let mut read = |index: u16, _| samples.get(usize::from(index))?.used();
+        let posterior = &selection.posterior;
+        let result = readings.recipe.scan(posterior, &mut read)?;
+        let basis = readings.recipe.basis_of(posterior);
+        let fitted = FittedBrdf::new(model, result.values, basis.as_deref());
         let material = fitted.and_then(|fitted| FittedMaterial::new(name, fitted));
         // The values of a fit that ended are finite, and match the recipe's basis.
         let mut material = material.ok_or(Error::new(ErrorCode::Diverged))?;
         if is_in_bands {
-            let bands = fit_bands(&recipe, basis, &readings.rows.wavelengths, samples)?;
-            material = material.with_bands(bands);
+            material = material.with_bands(fit_bands(readings, posterior)?);
         }
         let prediction = result.prediction;
         Ok(Self {

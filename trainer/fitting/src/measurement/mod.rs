@@ -31,7 +31,7 @@ pub use instrument::Instrument;
 pub use layout::AngleUnit;
 pub use loss_scale::LossScale;
 pub use next::NextReading;
-pub use noise::{DEFAULT_NOISE, NoiseSource, NoiseSummary};
+pub use noise::{NoiseSource, NoiseSummary};
 pub use outliers::Outliers;
 pub use placement::AngularDistance;
 pub use quantity::{CountCalibration, LargerSpot, Multiple, ReadingQuantity};

@@ -58,7 +58,7 @@ impl NamedRecipe {
     ) -> Result<Vec<Proposal>, PlanError> {
         let machine = self.machine(args)?;
         let begin: Vec<Angles<f32>> = self.file.recipe().pattern().collect();
-        let candidates = Candidates::new(posterior.basis(), &machine.limits);
+        let candidates = Candidates::new(&machine.limits);
         let mut position = args.position(machine);
         if let (Some(position), Some(last)) = (&mut position, measured.last()) {
             position.move_to(*last);

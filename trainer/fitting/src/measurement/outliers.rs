@@ -7,9 +7,9 @@
 //! A reading of an unusual material is improbable, too, but it helps to predict the others. Only the worst outlier is
 //! excluded from the fit, and only if the others predict each other better without it.
 
-use crate::linear::{CoefficientPrior, LeftOut, Posterior, gain_without};
+use crate::linear::{Posterior, gain_without};
 
-use super::readings::{SampleReading, known_readings};
+use super::readings::SampleReading;
 
 /// The minimum number of readings per outlier. With fewer others, predictions are unreliable.
 const READINGS_PER_OUTLIER: usize = 4;
@@ -37,33 +37,35 @@ pub struct Outliers {
 }
 
 impl Outliers {
-    /// Finds outliers among the known readings, and stores the prediction of each reading from the others.
+    /// Finds outliers among the samples of a posterior's readings, and stores the prediction of each reading from the others.
     #[must_use]
-    pub fn find(prior: &CoefficientPrior, readings: &mut [SampleReading]) -> Self {
-        let mut present = known_readings(readings);
+    pub fn find(mut posterior: Posterior, known: &[usize], readings: &mut [SampleReading]) -> Self {
         let mut outliers = Self {
             samples: Vec::new(),
             excluded: None,
-            threshold: outlier_threshold(present.len()),
+            threshold: outlier_threshold(known.len()),
         };
-        let max_outliers = (present.len() / READINGS_PER_OUTLIER).min(MAX_OUTLIERS);
-        let mut left_out = left_out(prior, readings, &present);
+        let max_outliers = (known.len() / READINGS_PER_OUTLIER).min(MAX_OUTLIERS);
+        let mut left_out = posterior.left_out();
         loop {
-            for (sample, prediction) in present.iter().zip(&left_out) {
+            let present = known.iter().zip(&left_out).enumerate();
+            let present = present.filter_map(|(index, (sample, prediction))| {
+                let prediction = prediction.as_ref()?;
                 readings[*sample].prediction = Some(*prediction);
-            }
-            let distances = left_out.iter().map(|prediction| prediction.z.abs());
-            let worst = distances
-                .enumerate()
-                .max_by(|(_, one), (_, other)| one.total_cmp(other));
-            let Some((index, _)) = worst.filter(|(_, z)| *z > outliers.threshold) else {
+                Some((index, *sample, prediction.z.abs()))
+            });
+            let worst = present.max_by(|(_, _, one), (_, _, other)| one.total_cmp(other));
+            let Some((index, sample, _)) = worst.filter(|(_, _, z)| *z > outliers.threshold) else {
                 return outliers;
             };
             if outliers.samples.len() == max_outliers {
                 return outliers;
             }
-            let sample = present.remove(index);
-            let others = self::left_out(prior, readings, &present);
+            let Some(others) = posterior.without(index) else {
+                return outliers;
+            };
+            posterior = others;
+            let others = posterior.left_out();
             if outliers.samples.is_empty() && gain_without(&left_out, index, &others) > MIN_GAIN {
                 outliers.excluded = Some(sample);
             }
@@ -71,16 +73,4 @@ impl Outliers {
             left_out = others;
         }
     }
-}
-
-/// Predicts the readings of these samples, each from the others; none if a number is not finite.
-fn left_out(
-    prior: &CoefficientPrior,
-    readings: &[SampleReading],
-    samples: &[usize],
-) -> Vec<LeftOut> {
-    let samples = samples.iter();
-    let known = samples.filter_map(|sample| readings[*sample].for_posterior(prior));
-    let posterior = Posterior::new(prior, &known.collect::<Vec<_>>());
-    posterior.map_or_else(Vec::new, |posterior| posterior.left_out())
 }

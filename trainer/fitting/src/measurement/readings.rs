@@ -1,6 +1,6 @@
 //! The readings of a recipe's samples, and their state in a fit.
 
-use crate::linear::{CoefficientPrior, LeftOut, PosteriorReading};
+use crate::linear::{DEFAULT_NOISE, LeftOut, PosteriorReading};
 use clap::ValueEnum;
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Repeated;
@@ -8,7 +8,7 @@ use glimpse_materials::setting::Name;
 use serde::Serialize;
 
 use super::angles::to_directions;
-use super::noise::{DEFAULT_NOISE, NoiseSummary};
+use super::noise::NoiseSummary;
 use super::placement::AngularDistance;
 use super::quantity::{Conversion, ReadingQuantity};
 use super::recipe::NamedRecipe;
@@ -78,12 +78,12 @@ impl SampleReading {
         (mean > 0.0).then(|| deviation / mean)
     }
 
-    /// Returns the reading for the posterior of a prior; None if it is missing.
-    pub(super) fn for_posterior(&self, prior: &CoefficientPrior) -> Option<PosteriorReading> {
+    /// Returns the reading for a posterior; None if it is missing.
+    pub(super) fn for_posterior(&self) -> Option<PosteriorReading> {
         Some(PosteriorReading {
             angles: self.angles,
             brdf: self.brdf.mean()?,
-            scale: prior.scale(self.noise),
+            noise: self.noise,
         })
     }
 }
@@ -172,21 +172,18 @@ impl Readings {
             let count = sample.brdf.count as f32;
             sample.bands.iter_mut().for_each(|sum| *sum /= count);
         }
-        let repeats = samples.iter().map(|sample| {
-            // Saturation hides the variation.
-            let is_known = !sample.brdf.saturated;
-            let variation = sample.coefficient_of_variation().filter(|_| is_known)?;
-            Some(((sample.brdf.count - 1) as f32, variation))
-        });
-        let repeats: Vec<_> = repeats.collect();
-        let (noise, deviations) = rows.noise_of_samples(&placement.of_rows, &repeats);
+        // Saturation hides the variation.
+        let known = samples.iter().filter(|sample| !sample.brdf.saturated);
+        let variations = known.filter_map(SampleReading::coefficient_of_variation);
+        let (noise, deviations) =
+            rows.noise_of_samples(&placement.of_rows, samples.len(), variations.collect());
         for (sample, deviation) in samples.iter_mut().zip(&deviations) {
             sample.noise = *deviation;
         }
         let recipe = if has_pattern {
             given.clone()
         } else {
-            let recipe = given.continuing().at(&placement.directions, &deviations);
+            let recipe = given.continuing().at(&placement.directions);
             recipe.map_err(|defect| rows.file_error(defect.to_string()))?
         };
         Ok(Self {

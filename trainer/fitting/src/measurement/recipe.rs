@@ -1,12 +1,15 @@
 //! A recipe with its basis: bundled, from a file, or made for given directions.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
-use crate::linear::CoefficientPrior;
+use crate::linear::{MaterialPrior, Posterior};
 use crate::recipe::{RecipeDefect, RecipeFile, RecipeFileError};
+use glimpse_core::error::Error;
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
+use glimpse_kernels::scan::{ReadSample, ScanOutcome, scan_with_missing};
 use glimpse_materials::basis::BasisTable;
 
 use crate::bundled::{self, BundledRecipe};
@@ -19,7 +22,7 @@ static ANY_BASIS: LazyLock<Arc<BasisTable>> =
     LazyLock::new(|| Arc::new(BasisTable::parse(bundled::ANY_BASIS).expect(TESTED)));
 
 /// The prior of the bundled recipe `linear-any`.
-static LINEAR_PRIOR: LazyLock<CoefficientPrior> =
+static LINEAR_PRIOR: LazyLock<MaterialPrior> =
     LazyLock::new(|| NamedRecipe::any(ModelKind::Linear).prior);
 
 /// A recipe with its basis.
@@ -31,15 +34,17 @@ pub struct NamedRecipe {
     pub file: Arc<RecipeFile>,
     /// The basis of the model Linear, and of recipes without a pattern.
     pub basis: Option<Arc<BasisTable>>,
-    /// The prior of the coefficients, for predictions: its own, or else that of `linear-any`.
-    pub prior: CoefficientPrior,
+    /// The prior of materials, for predictions: its own, or else that of `linear-any`.
+    pub prior: MaterialPrior,
+    /// True if it was made for the directions of readings, so that a fit is the expected material.
+    is_of_directions: bool,
 }
 
 impl NamedRecipe {
     /// Combines a recipe with its basis.
     #[must_use]
     pub fn new(name: String, file: Arc<RecipeFile>, basis: Option<Arc<BasisTable>>) -> Self {
-        let own = |basis: &Arc<BasisTable>| CoefficientPrior::new(&file.recipe(), basis.clone());
+        let own = |basis: &Arc<BasisTable>| MaterialPrior::new(&file.recipe(), basis.clone());
         Self {
             prior: basis
                 .as_ref()
@@ -48,6 +53,7 @@ impl NamedRecipe {
             name,
             file,
             basis,
+            is_of_directions: false,
         }
     }
 
@@ -116,23 +122,48 @@ impl NamedRecipe {
         }
     }
 
-    /// Returns the recipe of directions, which this one without a pattern fits. `deviations` are the standard deviations of
-    /// the readings there, relative to each reading; empty without noise.
+    /// Returns the recipe of readings at directions, which this one without a pattern fits.
     ///
     /// # Errors
     /// If this recipe has a pattern, there are too many directions, or one is below the horizon.
-    pub fn at(&self, directions: &[Angles<f32>], deviations: &[f32]) -> Result<Self, RecipeDefect> {
+    pub fn at(&self, directions: &[Angles<f32>]) -> Result<Self, RecipeDefect> {
         let basis = self.basis.clone().ok_or(RecipeDefect::NotAny)?;
-        let scales = deviations.iter().map(|noise| self.prior.scale(*noise));
-        let scales: Vec<f32> = scales.collect();
-        // Encoded and parsed in memory, so that a lab's fit is the scan of a device.
-        let file = self.file.at_directions(&basis, directions, &scales)?;
+        let file = self.file.at_directions(&basis, directions)?;
         let needs_basis = file.recipe().basis_checksum().is_some();
         Ok(Self {
             name: self.name.clone(),
             file: Arc::new(file),
             basis: needs_basis.then_some(basis),
             prior: self.prior.clone(),
+            is_of_directions: true,
+        })
+    }
+
+    /// Fits the readings of a posterior, which `read` returns by sample: at any directions to the expected material, and
+    /// with a pattern as a device does.
+    ///
+    /// # Errors
+    /// As a scan on a device.
+    pub fn scan(
+        &self,
+        posterior: &Posterior,
+        read: &mut ReadSample<'_>,
+    ) -> Result<ScanOutcome, Error> {
+        if self.is_of_directions {
+            self.file.fit(posterior, read)
+        } else {
+            scan_with_missing(&self.file.recipe(), read)
+        }
+    }
+
+    /// Returns the basis of such a fit, if the model is Linear.
+    #[must_use]
+    pub fn basis_of(&self, posterior: &Posterior) -> Option<Cow<'_, BasisTable>> {
+        let basis = self.basis.as_deref()?;
+        Some(if self.is_of_directions {
+            Cow::Owned(basis.with_kernels(posterior.kernels()))
+        } else {
+            Cow::Borrowed(basis)
         })
     }
 }

@@ -18,6 +18,11 @@ impl Arena {
         Floats::new(self.0.alloc_slice_copy(&bytes))
     }
 
+    /// Returns a list of bytes.
+    pub fn bytes(&self, values: &[u8]) -> &[u8] {
+        self.0.alloc_slice_copy(values)
+    }
+
     /// Returns a list of angles in radians, in the order theta_h, theta_d, phi_d.
     pub fn angles(&self, angles: &[Angles<f32>]) -> Floats<'_> {
         let triples = angles.iter();

@@ -78,7 +78,7 @@ impl Grid {
 /// The step of difference quotients, in radians. They replace derivatives between core's nodes, which core does not
 /// compute. The step is large compared with the rounding of angles to f32, and smaller than the distance between nodes
 /// outside of highlights.
-const STEP: f64 = 1e-3;
+pub(super) const STEP: f64 = 1e-3;
 
 /// The nodes of a basis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,9 +6,11 @@
 
 mod angles;
 mod grid;
+mod kernels;
 mod table;
 
 pub use angles::angles_of;
 pub(crate) use angles::{finite_f32, split_duals};
 pub use grid::{Grid, WeightedNode};
+pub use kernels::{KernelSum, Kernels, Place, correlation};
 pub use table::{BasisError, BasisTable, BasisValues, NODE_HEADER, Reconstruction};

@@ -13,7 +13,8 @@ use glimpse_core::numeric::Scalar;
 use glimpse_kernels::AngleDual;
 use rayon::prelude::*;
 
-use super::grid::{Nodes, WeightedNode};
+use super::grid::{Nodes, STEP, WeightedNode};
+use super::kernels::{KernelSum, Kernels};
 use crate::untrusted::read_at_most;
 
 /// The number of values before the components of a node: the mean of the mapped columns, and ln(median w + e).
@@ -55,6 +56,8 @@ pub struct BasisTable {
     nodes: Nodes,
     table: Vec<f32>,
     components: usize,
+    /// The kernels of a material, after the components; empty without readings at any directions.
+    kernels: Kernels,
     /// The bytes of the file; empty for a basis without one.
     file: Vec<u8>,
 }
@@ -77,8 +80,30 @@ impl BasisTable {
             nodes: Nodes::Grid,
             table,
             components,
+            kernels: Kernels::default(),
             file: Vec::new(),
         }
+    }
+
+    /// Returns the basis with the kernels of a material, which have coefficients after those of the components.
+    #[must_use]
+    pub fn with_kernels(&self, kernels: Kernels) -> Self {
+        Self {
+            kernels,
+            ..self.clone()
+        }
+    }
+
+    /// Returns the kernels.
+    #[must_use]
+    pub fn kernels(&self) -> &Kernels {
+        &self.kernels
+    }
+
+    /// Returns the number of coefficients of a channel: of m components, and of the kernels of a material.
+    #[must_use]
+    pub fn coefficients(&self) -> usize {
+        self.components + self.kernels.directions.len()
     }
 
     /// Replaces the components of a basis without a file by combinations of them: a column of the square matrix `map` holds the
@@ -130,19 +155,22 @@ impl BasisTable {
         BasisValues { center, components }
     }
 
-    /// Tabulates the BRDF of the coefficients of a device's fit: m of red, m of green, m of blue. None if their number is not
-    /// 3 m.
+    /// Tabulates the BRDF of [coefficients](Self::coefficients): those of red, then of green, then of blue. None if their
+    /// number is another one.
     #[must_use]
     pub fn reconstruct(&self, coefficients: &[f32]) -> Option<Reconstruction> {
-        if coefficients.len() != 3 * self.components {
+        if coefficients.len() != 3 * self.coefficients() {
             return None;
         }
+        let lists = [0, 1, 2].map(|channel| {
+            let list = &coefficients[channel * self.coefficients()..][..self.coefficients()];
+            list.split_at(self.components)
+        });
         let rows = || self.table.par_chunks_exact(NODE_HEADER + self.components);
         let table = rows().map(|row| {
             let (header, components) = row.split_at(NODE_HEADER);
-            let mut channels = coefficients.chunks_exact(self.components);
-            [(); 3].map(|()| {
-                let products = components.iter().zip(channels.next().unwrap_or_default());
+            lists.map(|(coefficients, _)| {
+                let products = components.iter().zip(coefficients);
                 let sum: f64 = products.map(|(a, c)| f64::from(*a) * f64::from(*c)).sum();
                 (sum + f64::from(header[0])) as f32
             })
@@ -151,6 +179,7 @@ impl BasisTable {
             nodes: self.nodes,
             table: table.collect(),
             log_medians: rows().map(|row| row[1]).collect(),
+            kernels: self.kernels.sum(lists.map(|(_, weights)| weights)),
         })
     }
 
@@ -231,17 +260,19 @@ impl BasisTable {
             nodes: Nodes::File(nodes),
             table,
             components: basis.components(),
+            kernels: Kernels::default(),
             file: bytes.to_vec(),
         })
     }
 }
 
-/// A tabulated BRDF of the model Linear: mapped values at the nodes.
+/// A BRDF of the model Linear: mapped values at the nodes, and kernels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reconstruction {
     nodes: Nodes,
     table: Vec<[f32; 3]>,
     log_medians: Vec<f32>,
+    kernels: KernelSum,
 }
 
 impl Reconstruction {
@@ -249,7 +280,11 @@ impl Reconstruction {
     /// cos(theta_o).
     #[must_use]
     pub fn brdf(&self, angles: &Angles<f32>, weight: f64) -> [f32; 3] {
-        let (mapped, log_median) = self.interpolate(self.nodes.corners(angles.map(f64::from)));
+        let (mut mapped, log_median) = self.interpolate(self.nodes.corners(angles.map(f64::from)));
+        let kernels = self.kernels.at(&HalfDifference::from_angles(*angles));
+        for (mapped, kernels) in mapped.iter_mut().zip(kernels) {
+            *mapped += f64::from(kernels);
+        }
         mapped.map(|mapped| unmap(mapped + log_median - EPSILON.ln(), weight) as f32)
     }
 
@@ -258,11 +293,33 @@ impl Reconstruction {
     #[must_use]
     pub fn brdf_with_derivative(&self, angles: &Angles<f32>) -> [AngleDual<f64>; 3] {
         let angles = angles.map(f64::from);
-        let (mapped, log_median) = self.interpolate(self.nodes.corners_with_derivatives(angles));
+        let corners = self.nodes.corners_with_derivatives(angles);
+        let (mut mapped, log_median) = self.interpolate(corners);
+        for (mapped, kernels) in mapped.iter_mut().zip(self.kernels_with_derivatives(angles)) {
+            *mapped = *mapped + kernels;
+        }
         let at = HalfDifference::from_angles(AngleDual::variables(angles));
         let weight = at.cos_theta_i() * at.cos_theta_o();
         let center = log_median - AngleDual::from_value(EPSILON.ln());
         mapped.map(|mapped| unmap(mapped + center, weight))
+    }
+
+    /// Returns the sums of kernels, with difference quotients as derivatives.
+    fn kernels_with_derivatives(&self, angles: Angles<f64>) -> [AngleDual<f64>; 3] {
+        let variables = AngleDual::variables(angles);
+        let sums = |axis: usize, step: f64| {
+            let moved = variables.map(|angle| (angle.value + angle.tangent[axis] * step) as f32);
+            let sums = self.kernels.at(&HalfDifference::from_angles(moved));
+            sums.map(f64::from)
+        };
+        let mut duals = sums(0, 0.0).map(AngleDual::from_value);
+        for axis in 0..3 {
+            let ends = [0.5 * STEP, -0.5 * STEP].map(|step| sums(axis, step));
+            for (channel, dual) in duals.iter_mut().enumerate() {
+                dual.tangent[axis] = (ends[0][channel] - ends[1][channel]) / STEP;
+            }
+        }
+        duals
     }
 
     /// Interpolates the mapped values and ln(median w + e) between nodes.

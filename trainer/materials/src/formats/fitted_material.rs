@@ -7,7 +7,7 @@ use glimpse_core::model::{ModelKind, NeuralParameters};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::basis::BasisTable;
+use crate::basis::{BasisTable, Kernels};
 use crate::error::{Defect, ensure, read_error};
 use crate::fitted_brdf::FittedBrdf;
 use crate::untrusted::{escaped, escaped_json_error, is_valid_name, read_at_most};
@@ -16,7 +16,7 @@ use crate::{BandValues, Bands, Brdf, BrdfWithDerivative, Material, SourceError};
 /// The value of the field `format`.
 const FORMAT: &str = "glimpse-material";
 /// The only version of the format that is written and read.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// The largest length of a file in bytes. Files from `trainer fit` are much shorter.
 const MAX_BYTES: u64 = 1 << 26;
 /// The file name of a fitted material in a directory.
@@ -76,6 +76,9 @@ struct MaterialFields {
     name: String,
     model: String,
     basis: Option<BasisFile>,
+    /// The kernels of Linear, fitted to readings at any directions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    kernels: Option<Kernels>,
     values: Vec<f32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     bands: Option<BandValues>,
@@ -146,6 +149,8 @@ impl FittedMaterial {
                 name: self.name.clone(),
                 model: self.fitted.model().name().to_owned(),
                 basis: basis.cloned(),
+                kernels: Some(self.fitted.kernels().clone())
+                    .filter(|kernels| !kernels.directions.is_empty()),
                 values: self.fitted.values().to_vec(),
                 bands: self.bands.as_ref().map(|bands| bands.values().clone()),
             },
@@ -166,6 +171,10 @@ impl FittedMaterial {
         let basis = basis
             .map(|reference| read_basis(path, reference))
             .transpose()?;
+        let basis = basis.map(|basis| match &fields.kernels {
+            Some(kernels) => basis.with_kernels(kernels.clone()),
+            None => basis,
+        });
         Self::from_fields(fields, basis.as_ref()).map_err(Defect::in_file(path))
     }
 
@@ -174,6 +183,7 @@ impl FittedMaterial {
         let MaterialFields {
             name,
             model,
+            kernels,
             values,
             bands,
             ..
@@ -187,8 +197,11 @@ impl FittedMaterial {
         if let Some(index) = values.iter().position(|value| !value.is_finite()) {
             return Err(format!("`values[{index}]` is not finite as a 32-bit float").into());
         }
-        let components = basis.map(|basis| 3 * basis.components());
-        let Some(expected) = model.parameters().or(components) else {
+        if kernels.is_some_and(|kernels| !kernels.is_valid()) {
+            return Err("its `kernels` must have positive lengths and finite directions".into());
+        }
+        let coefficients = basis.map(|basis| 3 * basis.coefficients());
+        let Some(expected) = model.parameters().or(coefficients) else {
             return Err("it has no `basis`, which the model linear needs".into());
         };
         let count = values.len();

@@ -131,10 +131,7 @@ impl Evaluate {
             let recipe = named.file.recipe();
             let mut method = match adaptive {
                 Some(adaptive) => Method::adaptive(adaptive),
-                None => {
-                    let prior = Some(named.prior.clone());
-                    Method::with_recipe(&recipe, named.basis.as_deref(), prior)?
-                }
+                None => Method::on_host(named)?,
             };
             method.degradation = self.degradation;
             let progress = StepProgress::new("evaluating", materials.len());

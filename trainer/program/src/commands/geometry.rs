@@ -43,7 +43,7 @@ impl GeometryArgs {
             "--geometry has no effect, because {} has directions of its own: remove it",
             named.name
         );
-        let recipe = named.at(&directions(geometry)?, &[]);
+        let recipe = named.at(&directions(geometry)?);
         recipe.context("--geometry")
     }
 }

@@ -151,5 +151,5 @@ fn find_bundled(name: &str) -> anyhow::Result<&'static BundledRecipe> {
 /// Creates the method of a bundled recipe without a basis.
 fn method(bundled: &'static BundledRecipe, name: &str) -> anyhow::Result<NamedMethod<'static>> {
     let recipe = bundled.recipe();
-    NamedMethod::of_recipe(name, &recipe, Method::with_recipe(&recipe, None, None)?)
+    NamedMethod::of_recipe(name, &recipe, Method::with_recipe(&recipe, None)?)
 }

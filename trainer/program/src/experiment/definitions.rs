@@ -408,6 +408,7 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
                     Named("color error: Linear", is_linear, DELTA_E, 1),
                     Named("truth / predicted", is_linear, Key::TruthOverPredicted, 2),
                     Named("bound holds", is_linear, Key::BoundHolds, 2),
+                    Named("within one deviation", is_linear, Key::Coverage, 2),
                 ],
                 Some(WithinRow),
             ),

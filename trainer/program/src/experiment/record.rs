@@ -59,6 +59,8 @@ pub(super) enum Key {
     TruthOverPredicted,
     /// Share of materials whose loss is at most its bound.
     BoundHolds,
+    /// Share of directions within one predicted standard deviation.
+    Coverage,
 }
 
 pub(super) const LOSS: Key = Key::Metric(0);
@@ -66,7 +68,7 @@ pub(super) const DSSIM: Key = Key::Metric(1);
 pub(super) const DELTA_E: Key = Key::Metric(4);
 
 /// The columns of the long table's file.
-const ALL: [Key; 17] = [
+const ALL: [Key; 18] = [
     Key::Source,
     Key::Model,
     Key::Method,
@@ -84,6 +86,7 @@ const ALL: [Key; 17] = [
     Key::Seconds,
     Key::TruthOverPredicted,
     Key::BoundHolds,
+    Key::Coverage,
 ];
 
 impl Key {
@@ -109,6 +112,7 @@ impl Key {
             Self::Seconds => Column::plain("seconds", 1),
             Self::TruthOverPredicted => Column::plain("truth / predicted", 2),
             Self::BoundHolds => Column::plain("bound holds", 2),
+            Self::Coverage => Column::plain("within one deviation", 2),
         }
     }
 
@@ -185,6 +189,7 @@ impl Key {
             Self::BoundHolds => {
                 report.and_then(|report| report.prediction.as_ref()?.bound_coverage)
             }
+            Self::Coverage => report.and_then(|report| report.prediction.as_ref()?.coverage),
             _ => None,
         };
         value.unwrap_or(f64::NAN)

@@ -279,7 +279,7 @@ impl<'a> Store<'a> {
         let mut named = self.recipe(&trained)?;
         if let Variation::Readings(instrument, _) = case.variation {
             let directions = instrument.directions(0.0);
-            named = named.at(&directions, &vec![0.0; directions.len()])?;
+            named = named.at(&directions)?;
         }
         let (recipe, basis) = (named.file.recipe(), named.basis.as_deref());
         let at = |directions| Method::at_directions(case.method(), &recipe, basis, directions);
@@ -295,25 +295,17 @@ impl<'a> Store<'a> {
                 at(SampleDirections::Pattern(pattern))?
             }
             (Variation::Readings(instrument, displacement), _) => {
-                Method::with_recipe(&recipe, basis, Some(named.prior.clone()))?
-                    .measured_at(instrument.directions(displacement.into()))
+                Method::on_host(&named)?.measured_at(instrument.directions(displacement.into()))
             }
-            (Variation::Chosen(count), _) => {
-                let basis = basis.with_context(|| {
-                    format!("{} has no basis: remove it to train it again", named.name)
-                })?;
-                Method::adaptive(Adaptive {
-                    file: &named.file,
-                    basis,
-                    prior: named.prior.clone(),
-                    candidates: Candidates::new(basis, &Limits::NONE),
-                    begin: Vec::new(),
-                    samples: count,
-                    position: Some(Position::new(TimedMachine::default())),
-                })
-            }
+            (Variation::Chosen(count), _) => Method::adaptive(Adaptive {
+                recipe: &named,
+                candidates: Candidates::new(&Limits::NONE),
+                begin: Vec::new(),
+                samples: count,
+                position: Some(Position::new(TimedMachine::default())),
+            }),
             (_, Approach::Baseline) => at(SampleDirections::Random(case.samples))?,
-            _ => Method::with_recipe(&recipe, basis, None)?,
+            _ => Method::with_recipe(&recipe, basis)?,
         };
         use_method(match case.variation {
             Variation::Refined => method.with_refinement(REFINEMENT_STEPS),

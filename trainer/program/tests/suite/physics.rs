@@ -12,7 +12,7 @@ fn fit(recipe: &str, material: &dyn Material) -> FittedMaterial {
     let bundled = bundled::find(recipe).expect("a bundled recipe");
     let basis = bundled.basis().map(BasisTable::parse);
     let basis = basis.transpose().expect("a valid basis");
-    let method = Method::with_recipe(&bundled.recipe(), basis.as_ref(), None);
+    let method = Method::with_recipe(&bundled.recipe(), basis.as_ref());
     let method = method.expect("a method");
     let values = method.fit(material, 0).expect("a fit").values;
     let fitted = FittedBrdf::new(method.model, values, basis.as_ref()).expect("a BRDF");

@@ -9,7 +9,7 @@ use glimpse_fitting::measurement::{
 };
 use glimpse_materials::{Material, angles_of, luminance};
 
-use super::plane::{PlaneReading, plotted_theta_i, radians};
+use super::plane::{PlaneReading, plotted_theta_i};
 use crate::report::{Axis, Lobe, Plot, Scale, Series, lobe_directions, lobe_svg};
 
 /// The largest number of readings in the plot of spectra, each with a color of its own.
@@ -36,14 +36,15 @@ fn lobes(fit: &MaterialFit) -> String {
     let material = &fit.material;
     let samples = &fit.selection.readings.samples;
     let readings: Vec<PlaneReading> = samples.iter().filter_map(PlaneReading::new).collect();
-    let lobes = plotted_theta_i(&readings).into_iter().map(|tenths| {
-        let theta_i = radians(tenths);
+    let lobes = plotted_theta_i(&readings).into_iter().map(|degrees| {
+        let theta_i = (degrees as f32).to_radians();
         let (_, directions) = lobe_directions(theta_i);
         let angles = directions.iter().map(angles_of).collect();
         let posterior = &fit.selection.posterior;
         let deviations = posterior.deviations(material.fitted(), angles);
-        let marks = readings.iter().filter_map(|reading| reading.mark(tenths));
-        let degrees = f64::from(tenths) / 10.0;
+        let marks = readings
+            .iter()
+            .filter_map(|reading| reading.mark(degrees as f32));
         let name = format!("{}, light at {degrees}\u{b0}", material.name());
         Lobe {
             deviations: deviations.into_iter().map(luminance).collect(),

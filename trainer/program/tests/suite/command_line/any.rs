@@ -32,15 +32,6 @@ fn values(folder: &Folder, fit: &str) -> Vec<f32> {
     numbers(&folder.read_json(&format!("{fit}/material.json"))["values"])
 }
 
-fn assert_near(one: &[f32], other: &[f32], tolerance: f32) {
-    assert_eq!(one.len(), other.len());
-    let mut pairs = one.iter().zip(other);
-    assert!(
-        pairs.all(|(one, other)| (one - other).abs() < tolerance),
-        "{one:?} {other:?}"
-    );
-}
-
 #[test]
 fn every_model_completes_readings() {
     let folder = Folder::new();
@@ -159,8 +150,11 @@ fn instruments_have_recipes() {
     folder.succeed("plan six.recipe --out plan.csv");
     folder.succeed("query procedural:1:9 --angles plan.csv --out read.csv");
     folder.succeed("fit six.recipe --measurements read.csv --out six");
-    folder.succeed("fit phong-any.recipe --measurements read.csv --noise 0 --out any");
-    assert_near(&values(&folder, "six"), &values(&folder, "any"), 2e-3);
+    folder.succeed("fit phong-any.recipe --measurements read.csv --out any");
+    // The host's fit has the discrepancy, too.
+    let compared = folder.succeed_as_json("compare six/material.json any/material.json");
+    let difference = number(&compared["materials"][0]["loss"]);
+    assert!(difference > 0.0 && difference < 2e-3, "{difference}");
     let report = folder.succeed_as_json(
         "evaluate --recipe linear-any.recipe --geometry in-plane --test procedural:3:5",
     );

@@ -284,7 +284,7 @@ fn material_json_has_report_fields() {
     let recipe = Recipe::parse(&bytes).expect("a valid recipe");
     for (field, expected) in [
         ("/format", json!("glimpse-material")),
-        ("/version", json!(1)),
+        ("/version", json!(2)),
         ("/model", json!("neural")),
         ("/quantity", json!("brdf")),
         ("/unit", json!("sr^-1")),

@@ -74,7 +74,7 @@ const CASES: [Case; 18] = [
     },
     Case {
         base: "evaluate --recipe any.recipe --test procedural:1:3 --adaptive 6",
-        options: &[MACHINE, &["--begin l.recipe", "--noise 0.05"]],
+        options: &[MACHINE, &["--noise 0.05"]],
     },
     Case {
         base: "next any.recipe --measurements n.csv --count 2",

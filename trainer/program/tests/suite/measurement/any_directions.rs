@@ -19,10 +19,10 @@ use crate::common::assert_names;
 #[test]
 fn recipe_at_directions_names_its_defect() {
     let any = NamedRecipe::any(ModelKind::Neural);
-    let with_pattern = any.at(&pattern(), &[]).expect("valid directions");
+    let with_pattern = any.at(&pattern()).expect("valid directions");
     let many = vec![pattern()[0]; 4097];
     let defect = |recipe: &NamedRecipe, directions: &[Angles<f32>]| {
-        recipe.at(directions, &[]).expect_err("a defect")
+        recipe.at(directions).expect_err("a defect")
     };
     assert_eq!(defect(&with_pattern, &pattern()), RecipeDefect::NotAny);
     assert_eq!(defect(&any, &many), RecipeDefect::TooManyDirections(4097));
@@ -143,7 +143,7 @@ fn noise_is_stated_repeated_or_assumed() {
             assert!(source == Repeated || (ratio - 1.0).abs() < 1e-4, "{ratio}");
         }
     }
-    let with_pattern = any.at(&pattern(), &[]).expect("valid directions");
+    let with_pattern = any.at(&pattern()).expect("valid directions");
     let refused = read_with_noise(&with_pattern, "index,value\n0,1\n", Some(0.1));
     assert_names(&error_message(refused), &["noise", "any"]);
     let all_stated = "theta_i,theta_o,value,noise\n45,30,0.2,0.3\n";
@@ -172,7 +172,7 @@ fn report_names_gaps_of_the_readings() {
     let rgb = six.replace('\n', ",0.2,0.2\n") + "60,60,0.5,0.5,0.5\n";
     let (found, _) = gaps(&any, &format!("theta_i,theta_o,r,g,b\n{rgb}"));
     assert!(found.gloss.is_none() && !found.is_monochrome);
-    let with_pattern = any.at(&pattern(), &[]).expect("valid directions");
+    let with_pattern = any.at(&pattern()).expect("valid directions");
     let (found, _) = gaps(&with_pattern, "index,value\n0,1\n1,0.3\n2,0.3\n");
     assert!(found.gloss.is_none() && found.next.is_none() && found.is_monochrome);
 }

@@ -10,6 +10,7 @@ use std::path::PathBuf;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
+use glimpse_fitting::linear::{Posterior, PosteriorReading};
 use glimpse_fitting::measurement::{
     AngleArgs, Multiple, NamedRecipe, Outliers, ReadingQuantity, ReadingRows, Readings,
     SampleReading, TableError,
@@ -43,8 +44,16 @@ fn find_outliers(
         sample
     });
     let mut samples: Vec<SampleReading> = samples.collect();
+    let known = samples.iter().enumerate();
+    let known = known.filter(|(_, sample)| sample.brdf.count > 0);
+    let known = known.map(|(index, sample)| {
+        let brdf = sample.brdf.mean().expect("a reading");
+        (index, PosteriorReading::new(sample.angles, brdf))
+    });
+    let (known, present): (Vec<usize>, Vec<PosteriorReading>) = known.unzip();
     let prior = NamedRecipe::any(ModelKind::Linear).prior;
-    (Outliers::find(&prior, &mut samples), samples)
+    let posterior = Posterior::new(&prior, &present).expect("finite");
+    (Outliers::find(posterior, &known, &mut samples), samples)
 }
 
 /// Reads a file with this text.
@@ -58,7 +67,7 @@ pub(crate) fn rows(text: &str, args: &AngleArgs) -> Result<ReadingRows, TableErr
 /// Reads readings at [`pattern`] from a file with this text.
 pub(crate) fn read_readings(text: &str, quantity: ReadingQuantity) -> Result<Readings, TableError> {
     let any = NamedRecipe::any(ModelKind::Linear);
-    let recipe = any.at(&pattern(), &[]).expect("valid directions");
+    let recipe = any.at(&pattern()).expect("valid directions");
     let rows = rows(text, &AngleArgs::default())?;
     let readings = Readings::new(&recipe, rows, quantity)?;
     match readings.off_pattern {
