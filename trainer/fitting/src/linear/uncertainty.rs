@@ -11,8 +11,8 @@ use glimpse_materials::sampling::uniform_valid;
 use super::posterior::{Posterior, Predicted};
 use super::prior::PriorAt;
 
-/// The ratio of the bound, which holds for 90 % of materials, to the predicted loss; chosen on procedural classes and RGL's
-/// materials that training did not see.
+/// The ratio of the bound, which is meant to hold for 90 % of materials, to the predicted loss. It was chosen on 16 networks of
+/// MERL and RGL's 17 measurements together, which training did not see: it holds for nearly all of the former.
 const BOUND: f64 = 2.5;
 /// The number of directions of a predicted loss.
 const LOSS_DIRECTIONS: usize = 512;

@@ -28,7 +28,7 @@ impl LossScale {
         Self {
             black,
             good: 0.005,
-            just_visible: 0.008,
+            just_visible: 0.007,
         }
     }
 

@@ -197,8 +197,8 @@ impl FittedMaterial {
         if let Some(index) = values.iter().position(|value| !value.is_finite()) {
             return Err(format!("`values[{index}]` is not finite as a 32-bit float").into());
         }
-        if kernels.is_some_and(|kernels| !kernels.is_valid()) {
-            return Err("its `kernels` must have positive lengths and finite directions".into());
+        if kernels.is_some_and(|kernels| !kernels.is_valid() || basis.is_none()) {
+            return Err("its `kernels` need a `basis`, lengths above 0, finite directions".into());
         }
         let coefficients = basis.map(|basis| 3 * basis.coefficients());
         let Some(expected) = model.parameters().or(coefficients) else {

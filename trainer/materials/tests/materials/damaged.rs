@@ -121,8 +121,8 @@ fn error_names_the_replaced_text() {
         (
             json,
             ": 2,",
-            ": 2, \"kernels\": {\"lengths\": [0, 1, 1], \"directions\": []},",
-            "kernels",
+            ": 2, \"kernels\": {\"lengths\": [1, 1, 1], \"directions\": []},",
+            "kernels basis",
         ),
         (json, "felt", "../felt", "name ../felt"),
         (json, "\"felt\"", "\" \"", "name"),

@@ -27,8 +27,8 @@ use crate::report::Table;
 /// chooses the others. With --speed or --settle, a direction is chosen by the reduction per second
 /// of motion and reading, and the arms are at the last reading (without readings: along the normal).
 ///
-/// Readings are read as by `trainer fit`. The loss is that of `trainer evaluate`, next to those of black,
-/// a good fit, and a just visible error.
+/// Readings are read as by `trainer fit`. The loss is that of `trainer evaluate`, next to those
+/// of black, a good fit, and a just visible error.
 ///
 /// Example: trainer next --blank scan.csv --count 4                   # fill in the readings, then
 ///          trainer next --measurements scan.csv --blank scan.csv --target 0.01

@@ -165,7 +165,7 @@ impl ReportEntry<'_> {
         let gloss = gaps.gloss.as_ref().map(|GlossGap { nearest, read }| {
             format!(
                 "a guess: the reading nearest to the mirror direction is {nearest:.0} degrees off; read theta_i = theta_o of \
-                 {read:?} degrees at phi_o - phi_i of 180"
+                 {read:.0?} degrees at phi_o - phi_i of 180"
             )
         });
         let beyond = gaps.extrapolated_from;
