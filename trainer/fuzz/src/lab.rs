@@ -6,7 +6,7 @@ use glimpse_core::gonio::Footprint;
 use glimpse_core::model::ModelKind;
 use glimpse_fitting::measurement::{
     AngleArgs, AngleTable, CountCalibration, Multiple, NamedRecipe, ReadingQuantity, ReadingRows,
-    Readings,
+    Readings, TableArgs,
 };
 
 use crate::support::{ANGLES, Folder, accepted};
@@ -33,7 +33,7 @@ pub(crate) fn check_readings(bytes: &[u8]) {
             assert!((0.0..6.3).contains(&at.phi_d));
         }
     }
-    let Some(rows) = accepted(ReadingRows::read(&path, &AngleArgs::default()), name) else {
+    let Some(rows) = accepted(ReadingRows::read(&path, &TableArgs::default()), name) else {
         return;
     };
     // The file is its own white reference.

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use glimpse_fitting::choice::Choice;
 use glimpse_fitting::measurement::{
-    AngleArgs, CountCalibration, LabReading, LargerSpot, NamedRecipe, ReadingQuantity, ReadingRows,
-    Readings, rusinkiewicz,
+    CountCalibration, LabReading, LargerSpot, NamedRecipe, ReadingQuantity, ReadingRows, Readings,
+    TableArgs, rusinkiewicz,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -39,7 +39,14 @@ impl<'py> ReadingArgs<'py> {
             Some(_) if directions.is_some() => {
                 return reject("directions has no effect: the file of readings states them");
             }
-            Some(path) => ReadingRows::read(path, &AngleArgs::default())?,
+            Some(path) => {
+                let ignore = self.take("ignore")?.map(|names| names.extract());
+                let args = TableArgs {
+                    ignore: ignore.transpose()?.unwrap_or_default(),
+                    ..TableArgs::default()
+                };
+                ReadingRows::read(path, &args)?
+            }
             None => self.rows(given, readings, directions)?,
         };
         rows.noise = noise;
@@ -100,6 +107,7 @@ impl<'py> ReadingArgs<'py> {
             let reason = match &*name {
                 "saturated" | "noise" | "wavelengths" => "the file of readings states it",
                 "quantity" => "the readings are counts with white",
+                "ignore" => "it names columns of a file",
                 "white_directions" | "footprint" | "dark" | "white_reflectance" | "saturation" => {
                     "it requires white, the counts of a white reference"
                 }

@@ -2,7 +2,9 @@
 
 use std::borrow::Cow;
 
-use clap::ValueEnum;
+use glimpse_materials::untrusted::escaped_start;
+
+use super::names::KnownName;
 
 /// All columns of angles.
 pub(super) const ANGLES: [&str; 8] = [
@@ -14,10 +16,6 @@ pub(super) const INDEX: &str = "index";
 pub(super) const CHANNELS: [&str; 3] = ["r", "g", "b"];
 /// The column of readings by a sensor with one channel.
 pub(super) const MONOCHROME: &str = "value";
-/// The other columns of numbers, and the columns of texts.
-const OTHER_NUMBERS: [&str; 3] = [INDEX, "noise", "saturated"];
-const TEXTS: [&str; 2] = ["quantity", "material"];
-
 /// Units of angles, in lowercase.
 pub(super) const DEGREES: [&str; 5] = ["deg", "degree", "degrees", "°", "º"];
 pub(super) const RADIANS: [&str; 3] = ["rad", "radian", "radians"];
@@ -33,26 +31,24 @@ const MAX_LINES: usize = 100;
 /// The separator of columns in a text whose columns are aligned by spaces.
 const SPACES: char = ' ';
 
+/// All separators of columns.
+const SEPARATORS: [char; 4] = [SPACES, '\t', ';', ','];
+
 /// The line of column names, and the lines above it.
+#[derive(Clone)]
 pub(super) struct Layout {
     /// The number of the line of names, from 1.
     pub(super) line: usize,
-    /// The column names in lowercase, without units.
+    /// The names of the file in lowercase, without units.
+    pub(super) labels: Vec<String>,
+    /// The names by which readers know the columns, or else the labels.
     pub(super) names: Vec<String>,
     pub(super) units: Vec<Unit>,
     pub(super) separator: char,
 }
 
-/// The unit of angles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum AngleUnit {
-    /// Degrees.
-    Degrees,
-    /// Radians.
-    Radians,
-}
-
 /// The stated unit of a column.
+#[derive(Clone)]
 pub(super) struct Unit {
     pub(super) line: usize,
     pub(super) column: String,
@@ -84,13 +80,23 @@ impl Layout {
         let header = Header::parse(line);
         let mut layout = Self {
             line: number,
+            labels: Vec::new(),
             names: Vec::new(),
             units: Vec::new(),
             separator: header.separator,
         };
+        check_names(number, line, &header, comments)?;
         for cell in header.cells {
-            let (name, unit) = name_and_unit(&cell);
+            let (label, unit) = name_and_unit(&cell);
+            let known = KnownName::find(&label);
+            let unique = known.filter(KnownName::is_unique);
+            let name = unique.map_or(label.clone(), |known| known.name.to_owned());
+            let unit = known.map_or(
+                unit,
+                |known| if unit.is_empty() { known.unit } else { unit },
+            );
             layout.units.extend(Unit::new(number, &name, unit));
+            layout.labels.push(label);
             layout.names.push(name);
         }
         for (above, text) in lines.iter().take_while(|(above, _)| *above < number) {
@@ -132,12 +138,16 @@ impl Header {
     /// Splits a line by the separator with the most known names.
     fn parse(line: &str) -> Self {
         let line = line.trim_start_matches(COMMENT);
-        let headers = [SPACES, '\t', ';', ','].map(|separator| {
+        let headers = SEPARATORS.map(|separator| {
             let cells = split(line, separator);
-            let is_known = |cell: &&String| is_known(&name_and_unit(cell).0);
+            let is_known = |cell: &&String| {
+                KnownName::find(&name_and_unit(cell).0)
+                    .is_some_and(|known| known.is_characteristic())
+            };
             let known = cells.iter().filter(is_known).count();
             // A sentence may contain names.
-            let is_sentence = separator == SPACES && known < cells.len();
+            let is_sentence = separator == SPACES
+                && (2 * known <= cells.len() || known < 3 && known < cells.len());
             Self {
                 cells,
                 separator,
@@ -197,16 +207,6 @@ pub(super) fn reader(text: &str, separator: char) -> csv::Reader<&[u8]> {
     reader.delimiter(separator).from_reader(text.as_bytes())
 }
 
-/// Returns true if readers use a column of this name. Names of bands do not count, because rows have such numbers too.
-pub(super) fn is_known(name: &str) -> bool {
-    TEXTS.contains(&name) || is_number(name) && wavelength(name).is_none()
-}
-
-/// Returns true if a column of this name holds numbers.
-pub(super) fn is_number(name: &str) -> bool {
-    is_value(name) || ANGLES.contains(&name) || OTHER_NUMBERS.contains(&name)
-}
-
 /// Returns true if a column of this name holds readings.
 pub(super) fn is_value(name: &str) -> bool {
     name == MONOCHROME || CHANNELS.contains(&name) || wavelength(name).is_some()
@@ -223,7 +223,7 @@ pub(super) fn wavelength(name: &str) -> Option<f32> {
 
 impl Unit {
     /// Returns the unit in a cell; None if the cell is empty.
-    fn new(line: usize, column: &str, cell: &str) -> Option<Self> {
+    pub(super) fn new(line: usize, column: &str, cell: &str) -> Option<Self> {
         let is_kept = |c: &char| !c.is_whitespace() && !"()[]".contains(*c);
         let text: String = cell.to_lowercase().chars().filter(is_kept).collect();
         let column = column.to_owned();
@@ -231,10 +231,57 @@ impl Unit {
     }
 }
 
-/// Returns true if the comma of a number may separate thousands: `1,234`.
-pub(super) fn may_separate_thousands(number: &str) -> bool {
-    let mut groups = number.trim_start_matches(['+', '-']).split(',');
-    let first = groups.next().unwrap_or_default();
-    let is_group = |group: &str| group.len() == 3 && group.bytes().all(|c| c.is_ascii_digit());
-    (1..=3).contains(&first.len()) && !first.starts_with('0') && groups.all(is_group)
+/// Checks that a line has names, rather than numbers.
+fn check_names(
+    number: usize,
+    line: &str,
+    header: &Header,
+    comments: &[(usize, &str)],
+) -> Result<(), String> {
+    let count = |cells: &[String]| {
+        cells
+            .iter()
+            .filter(|cell| cell.parse::<f64>().is_ok())
+            .count()
+    };
+    let cells = SEPARATORS
+        .map(|separator| split(line, separator))
+        .into_iter();
+    let cells = cells
+        .max_by_key(|cells| count(cells))
+        .filter(|_| header.known == 0);
+    let cells = cells.as_ref().unwrap_or(&header.cells);
+    let numbers = count(cells);
+    let bands = cells
+        .iter()
+        .filter(|cell| wavelength(&cell.to_lowercase()).is_some());
+    if numbers < 2 || bands.count() == numbers {
+        return Ok(());
+    }
+    let remedy = "name the columns above the rows, such as theta_i,theta_o,r,g,b";
+    if numbers < cells.len() {
+        return Err(format!(
+            "line {number} names columns by angles, `{}`; give one row for each reading, with columns such as \
+             theta_i,theta_o,value",
+            escaped_start(line.as_bytes())
+        ));
+    }
+    let alta = comments
+        .iter()
+        .find(|(_, comment)| comment.starts_with("#PARAM_IN"));
+    if let Some((at, comment)) = alta {
+        return Err(format!(
+            "line {at}, `{}`, is of an ALTA file, which is not read; {remedy} (with angles in degrees, or --unit radians)",
+            escaped_start(comment.as_bytes())
+        ));
+    }
+    let comment = comments.last().map_or(String::new(), |(at, comment)| {
+        format!(
+            ", and the comment in line {at}, `{}`, has none that are known",
+            escaped_start(comment.as_bytes())
+        )
+    });
+    Err(format!(
+        "no line names the columns: line {number} has numbers{comment}; {remedy}"
+    ))
 }

@@ -3,41 +3,51 @@
 //! A row of a file is a [`LabReading`], a sample of a recipe with all its readings a [`SampleReading`], and its mapped value
 //! for the posterior a [`PosteriorReading`](crate::linear::PosteriorReading).
 
+mod angle_table;
 mod angles;
 mod bands;
+mod cells;
+mod columns;
+mod conventions;
 mod fit;
 mod gaps;
 mod instrument;
 mod layout;
+mod long;
 mod loss_scale;
+mod names;
 mod next;
 mod noise;
 mod outliers;
 mod placement;
 mod quantity;
+mod read;
 mod readings;
 mod recipe;
 mod report;
 mod rows;
 mod spectrum;
 mod table;
+mod units;
 
-pub use angles::{
-    AngleArgs, AngleConvention, AngleRow, AngleTable, angles_from_vectors, rusinkiewicz,
-};
+pub use angle_table::{AngleRow, AngleTable};
+pub use angles::{angles_from_vectors, rusinkiewicz};
+pub use columns::{ColumnSummary, LeftOutRows, TableSummary};
+pub use conventions::{AngleArgs, AngleConvention, AngleUnit};
 pub use fit::{FitFailure, MaterialFit, Selection};
 pub use gaps::{Gaps, GlossGap};
 pub use instrument::Instrument;
-pub use layout::AngleUnit;
 pub use loss_scale::LossScale;
+pub use names::Role;
 pub use next::NextReading;
 pub use noise::{NoiseSource, NoiseSummary};
 pub use outliers::Outliers;
 pub use placement::AngularDistance;
 pub use quantity::{CountCalibration, LargerSpot, Multiple, ReadingQuantity};
+pub use read::TableArgs;
 pub use readings::{ReadingStatus, Readings, SampleReading};
 pub use recipe::NamedRecipe;
-pub use report::{FitReport, MaterialFiles, material_files};
+pub use report::{FitReport, InputSummary, MaterialFiles, material_files};
 pub use rows::{LabReading, ReadingRows};
 pub use spectrum::{SpectrumReading, SpectrumReport};
-pub use table::TableError;
+pub use table::{LeftOutRow, TableError};

@@ -64,6 +64,7 @@ impl From<LargerSpot> for Footprint {
 
 /// The physical quantity of a file's numbers.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[expect(clippy::large_enum_variant, reason = "a fit has one quantity")]
 pub enum ReadingQuantity {
     /// A function of the BRDF, and the reflectance of the tile that a reflectance factor is relative to.
     Values(Multiple, f32),
@@ -102,7 +103,7 @@ impl ReadingQuantity {
         rows: &ReadingRows,
     ) -> Option<Self> {
         let stated = rows.quantities.first();
-        let stated = stated.and_then(|(_, name)| Multiple::from_str(name, false).ok());
+        let stated = stated.and_then(|(_, _, name)| Multiple::from_str(name, false).ok());
         let multiple = multiple.or(stated).unwrap_or(Multiple::Brdf);
         let [red, green, blue] = reflectance.unwrap_or([1.0; 3]);
         let is_valid = reflectance.is_none()
@@ -123,8 +124,34 @@ impl ReadingQuantity {
 impl CountCalibration {
     fn with_white(&self, white: [f32; 3]) -> Result<Calibration, Error> {
         let reflectance = self.reflectance.unwrap_or([0.99; 3]);
-        let calibration = Calibration::new(self.dark.unwrap_or_default(), white, reflectance)?;
-        calibration.saturating_at(self.saturation.unwrap_or(f32::INFINITY))
+        Calibration::new(self.dark.unwrap_or_default(), white, reflectance)
+    }
+
+    /// Returns the counts of a row at an exposure of 1 s, or as they are without an exposure.
+    fn exposed(&self, row: &LabReading, counts: [f32; 3]) -> [f32; 3] {
+        let dark = self.dark.unwrap_or_default();
+        let Some(exposure) = row.exposure else {
+            return counts;
+        };
+        std::array::from_fn(|channel| dark[channel] + (counts[channel] - dark[channel]) / exposure)
+    }
+
+    /// Checks that all readings and all rows of the white have exposures, or none.
+    fn check_exposures(&self, rows: &ReadingRows) -> Result<(), TableError> {
+        let all = rows.readings.iter().chain(&self.white.readings);
+        if all.clone().all(|row| row.exposure.is_some())
+            || all.clone().all(|row| row.exposure.is_none())
+        {
+            return Ok(());
+        }
+        let message = "some counts have an exposure, and others none; give that of all rows, also of the white";
+        Err(rows.file_error(message.to_owned()))
+    }
+
+    /// Returns true if a count is that of a saturated sensor.
+    fn saturates(&self, counts: [f32; 3]) -> bool {
+        let level = self.saturation.unwrap_or(f32::INFINITY);
+        counts.into_iter().any(|count| count >= level)
     }
 
     /// Returns the white counts of each sample, None where the white was not read.
@@ -166,14 +193,14 @@ impl CountCalibration {
         Ok((to_directions(angles), self.counts(row)?))
     }
 
-    /// Returns the counts of a row of the white.
+    /// Returns the counts of a row of the white, at an exposure of 1 s if it is stated.
     fn counts(&self, row: &LabReading) -> Result<[f32; 3], TableError> {
-        if row.saturated {
-            let message =
-                "column saturated: the white reading is saturated; read the white with less light";
+        let counts = self.white.rgb(row);
+        if row.saturated || self.saturates(counts) {
+            let message = "the white reading is saturated; read the white with less light";
             return Err(self.white.line_error(row.line, message));
         }
-        Ok(self.white.rgb(row))
+        Ok(self.exposed(row, counts))
     }
 }
 
@@ -197,6 +224,7 @@ impl<'a> Conversion<'a> {
         let (mut whites, mut white_at) = (Vec::new(), None);
         if let ReadingQuantity::Counts(calibration) = quantity {
             calibration.white.check_quantity(COUNTS)?;
+            calibration.check_exposures(rows)?;
             for rows in [rows, &calibration.white] {
                 if !rows.wavelengths.is_empty() {
                     return Err(rows.file_error(COUNTS_OF_BANDS.to_owned()));
@@ -226,6 +254,7 @@ impl<'a> Conversion<'a> {
         at: &Directions<f32>,
         values: [f32; 3],
     ) -> Result<Reading, TableError> {
+        let mut saturated = row.saturated;
         let reading = match self.quantity {
             ReadingQuantity::Values(multiple, reflectance) => {
                 let (of, unit) = multiple.quantity();
@@ -240,6 +269,8 @@ impl<'a> Conversion<'a> {
                     );
                     self.rows.line_error(row.line, &message)
                 })?;
+                saturated |= calibration.saturates(values);
+                let values = calibration.exposed(row, values);
                 let calibration = calibration.with_white(white);
                 calibration.and_then(|calibration| match &self.white_at {
                     None => calibration.reading(values),
@@ -250,7 +281,7 @@ impl<'a> Conversion<'a> {
             }
         };
         let mut reading = reading.map_err(|error| self.rows.reading_error(row, error))?;
-        reading.saturated |= row.saturated;
+        reading.saturated |= saturated;
         Ok(reading)
     }
 

@@ -8,6 +8,7 @@ use glimpse_materials::basis::BasisTable;
 use glimpse_materials::{BasisFile, Brdf, FittedMaterial, Viewing};
 use serde::Serialize;
 
+use super::columns::TableSummary;
 use super::fit::MaterialFit;
 use super::gaps::Gaps;
 use super::loss_scale::LossScale;
@@ -70,6 +71,9 @@ pub struct InputSummary {
     pub rows: usize,
     /// The largest distance of a row from its sample, in degrees; None if rows have no directions of a pattern.
     pub furthest_degrees: Option<f64>,
+    /// The meaning that the table was given.
+    #[serde(flatten)]
+    pub table: TableSummary,
 }
 
 /// Counts and lists of samples, by the state of their readings.
@@ -141,6 +145,7 @@ impl FitReport {
                 quantity: readings.quantity.name(),
                 rows: readings.rows.readings.len(),
                 furthest_degrees: readings.max_distance.map(|distance| distance.degrees),
+                table: readings.rows.summary.clone(),
             },
             readings: ReadingSummary::new(fit),
             noise: readings.noise,

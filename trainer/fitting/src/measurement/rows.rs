@@ -1,19 +1,18 @@
 //! Rows of readings, from a file or an array.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::geometry::Angles;
+use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_materials::untrusted::escaped;
 use glimpse_materials::{Viewing, weighted_sums};
 use serde::{Deserialize, Serialize};
 
-use super::angles::{AngleArgs, AngleColumns};
-use super::layout::{CHANNELS, INDEX, MONOCHROME};
-use super::table::{Row, Table, TableError};
-
-/// The largest number of bands.
-const MAX_BANDS: usize = 128;
+use super::angles::{above_horizon, polar_angles};
+use super::columns::TableSummary;
+use super::conventions::{AngleArgs, AngleFormat, AngleSet, AngleUnit, StatedAngles};
+use super::layout::{CHANNELS, MONOCHROME};
+use super::table::TableError;
 
 /// One reading of a lab.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -24,12 +23,17 @@ pub struct LabReading {
     pub index: Option<usize>,
     /// Rusinkiewicz angles in radians, if the directions are stated.
     pub angles: Option<Angles<f64>>,
+    /// The numbers of the angle columns, in the order of the help of `trainer query`, before their conversion by units and
+    /// conventions; 0 for further columns.
+    pub stated_angles: Option<StatedAngles>,
     /// The numbers of red, green and blue, or of the bands.
     pub numbers: Vec<f32>,
     /// True if the sensor was saturated.
     pub saturated: bool,
     /// The standard deviation of the noise, relative to the reading; None if it is not stated.
     pub noise: Option<f32>,
+    /// The exposure in s; None if it is not stated.
+    pub exposure: Option<f32>,
 }
 
 /// Readings of a file or of an array.
@@ -37,118 +41,80 @@ pub struct LabReading {
 pub struct ReadingRows {
     /// The file, or the name of the array.
     pub path: PathBuf,
+    /// The name of the material: that of the file without its extension, or the text in the column that splits the file.
+    pub name: String,
+    /// The meaning that the file was given.
+    pub summary: TableSummary,
     /// The wavelengths of bands in nm, in ascending order; empty for readings in RGB.
     pub wavelengths: Vec<f32>,
     /// The readings, without empty rows.
     pub readings: Vec<LabReading>,
     /// The standard deviation of the noise of rows that do not state it, relative to the reading; None if it is unknown.
     pub noise: Option<f32>,
+    /// The units and conventions by which angles were converted.
+    pub angle_args: AngleArgs,
+    /// The meaning of stated angles; None if there are none.
+    pub(super) angle_format: Option<AngleFormat>,
     /// True if the readings are from an array.
     is_array: bool,
     /// True if one column has the numbers of red, green and blue.
     pub(super) is_monochrome: bool,
     /// The weights of bands in red, green and blue.
     weights: Vec<[f64; 3]>,
-    /// The line and the lowercase text of each entry in the column `quantity` that differs from those above.
-    pub(super) quantities: Vec<(usize, String)>,
+    /// The line, the column and the lowercase text of each statement of a quantity that differs from those above.
+    pub(super) quantities: Vec<(usize, String, String)>,
 }
 
 impl ReadingRows {
-    /// Reads a file.
-    ///
-    /// # Errors
-    /// If the file cannot be read, or a cell is not valid.
-    pub fn read(path: &Path, args: &AngleArgs) -> Result<Self, TableError> {
-        let table = Table::read(path)?;
-        let angles = AngleColumns::find(&table)?;
-        if angles.is_none() && !table.has(&[INDEX]) {
-            return Err(table.columns_error(
-                "which do not identify the sample of a reading; add theta_h, theta_d, phi_d, or theta_i, phi_i, \
-                 theta_o, phi_o (degrees), or index (the sample's number, from 0)",
-            ));
-        }
-        let bands = table.bands();
-        let wavelengths: Vec<f32> = bands.iter().map(|(_, wavelength)| *wavelength).collect();
-        let mut all = Self::new(path.into(), false, wavelengths);
-        all.is_monochrome = table.has(&[MONOCHROME]);
-        let sets = [table.has(&CHANNELS), all.is_monochrome, !bands.is_empty()];
-        let count = sets.into_iter().filter(|set| *set).count();
-        if count != 1 {
-            let defect = if count == 0 {
-                "none of which holds readings; add"
-            } else {
-                "which hold two sets of readings; keep"
-            };
-            return Err(table.columns_error(&format!(
-                "{defect} r, g, b, or value for a sensor with one channel, or wavelengths in nm such as 390nm"
-            )));
-        }
-        if !all.wavelengths.is_sorted_by(|one, other| one < other) || bands.len() > MAX_BANDS {
-            return Err(table.file_error(format!(
-                "line {} names {} bands; give at most {MAX_BANDS}, each wavelength once",
-                table.layout.line,
-                bands.len()
-            )));
-        }
-        let columns: Vec<&str> = if bands.is_empty() {
-            all.channels().to_vec()
-        } else {
-            bands.iter().map(|(name, _)| &name[..]).collect()
-        };
-        table.check_value_units()?;
-        let angles = match angles {
-            Some(columns) => columns.parse_all(&table, args)?,
-            None => vec![None; table.rows.len()],
-        };
-        let Some(first) = table.rows.first() else {
-            return Err(table.file_error(format!(
-                "it has no rows below line {}; add the readings",
-                table.layout.line
-            )));
-        };
-        // Such as `trainer query` writes.
-        let material = table.cell(first, "material");
-        for (row, angles) in table.rows.iter().zip(angles) {
-            let other = table.cell(row, "material");
-            if other != material {
-                let message = format!(
-                    "column material: it is {}, but the rows above are of {}; give one file per material",
-                    escaped(other),
-                    escaped(material)
-                );
-                return Err(table.line_error(row.line, &message));
-            }
-            let mut quantity = table.cell(row, "quantity").to_lowercase();
-            // ASTM's name, which the options accept as well.
-            if quantity == "brdf-cos" {
-                quantity = "brdf-cos-o".to_owned();
-            }
-            let is_known = |(_, known): &(usize, String)| *known == quantity;
-            if !quantity.is_empty() && !all.quantities.iter().any(is_known) {
-                all.quantities.push((row.line, quantity));
-            }
-            all.readings.push(read_row(&table, row, &columns, angles)?);
-        }
-        Ok(all.without_empty_rows())
-    }
-
     /// Takes readings from an array of this name. Those without numbers are missing. `wavelengths` are those of bands in
     /// nm, in ascending order; none for RGB.
     #[must_use]
-    pub fn from_array(name: &str, wavelengths: Vec<f32>, readings: Vec<LabReading>) -> Self {
+    pub fn from_array(name: &str, wavelengths: Vec<f32>, mut readings: Vec<LabReading>) -> Self {
+        for reading in &mut readings {
+            reading.stated_angles = reading.angles.map(|angles| {
+                let pair = HalfDifference::from_angles(angles).directions();
+                let [[theta_i, phi_i], [theta_o, phi_o]] =
+                    [pair.incoming, pair.outgoing].map(polar_angles);
+                [theta_i, phi_i, theta_o, phi_o]
+            });
+        }
+        let stated = readings.iter();
+        let stated = stated.filter_map(|reading| reading.stated_angles.as_ref());
+        let radians = [Some(AngleUnit::Radians); 4];
         let all = Self {
+            angle_format: Some(AngleFormat::new(AngleSet::Directions, radians, stated)),
             readings,
             ..Self::new(name.into(), true, wavelengths)
         };
         all.without_empty_rows()
     }
 
-    fn new(path: PathBuf, is_array: bool, wavelengths: Vec<f32>) -> Self {
+    /// Returns the Rusinkiewicz angles in radians of each reading by other units and conventions; None for a reading without
+    /// directions. Stated units hold nevertheless. None if an angle is then out of range, or a direction is not above the
+    /// horizon.
+    #[must_use]
+    pub fn reread(&self, args: &AngleArgs) -> Option<Vec<Option<Angles<f64>>>> {
+        let angles = self.readings.iter().map(|reading| {
+            let (Some(format), Some(stated)) = (&self.angle_format, &reading.stated_angles) else {
+                return Some(None);
+            };
+            let angles = format.convert(stated, args).ok()?;
+            above_horizon(angles).map(|_| Some(angles))
+        });
+        angles.collect()
+    }
+
+    pub(super) fn new(path: PathBuf, is_array: bool, wavelengths: Vec<f32>) -> Self {
+        let name = path.file_stem().unwrap_or_default();
         Self {
+            name: name.to_string_lossy().into_owned(),
+            summary: TableSummary::default(),
             path,
             is_array,
             is_monochrome: false,
             noise: None,
+            angle_args: AngleArgs::default(),
+            angle_format: None,
             weights: Viewing::default().rgb_weights(&wavelengths),
             wavelengths,
             quantities: Vec::new(),
@@ -156,13 +122,13 @@ impl ReadingRows {
         }
     }
 
-    fn without_empty_rows(mut self) -> Self {
+    pub(super) fn without_empty_rows(mut self) -> Self {
         self.readings.retain(|reading| !reading.numbers.is_empty());
         self
     }
 
     /// Returns the columns of red, green and blue.
-    fn channels(&self) -> [&'static str; 3] {
+    pub(super) fn channels(&self) -> [&'static str; 3] {
         if self.is_monochrome {
             [MONOCHROME; 3]
         } else {
@@ -187,11 +153,11 @@ impl ReadingRows {
     /// The first row with another quantity.
     pub fn check_quantity(&self, name: &str) -> Result<(), TableError> {
         let mut quantities = self.quantities.iter();
-        let Some((line, stated)) = quantities.find(|(_, stated)| stated != name) else {
+        let Some((line, column, stated)) = quantities.find(|(_, _, stated)| stated != name) else {
             return Ok(());
         };
         let message = format!(
-            "column quantity: it is `{}`, but the options or an earlier row state `{name}`; give the options of that \
+            "column {column}: its quantity is `{}`, but the options or an earlier row state `{name}`; give the options of that \
              quantity, or correct the column",
             escaped(stated)
         );
@@ -238,67 +204,4 @@ impl ReadingRows {
             message,
         }
     }
-}
-
-/// Reads the cells of a row. `columns` are those of the numbers, which are empty if nothing was read.
-fn read_row(
-    table: &Table,
-    row: &Row,
-    columns: &[&str],
-    angles: Option<Angles<f64>>,
-) -> Result<LabReading, TableError> {
-    let error = |message: String| Err(table.line_error(row.line, &message));
-    // Some programs write whole numbers as 3.0.
-    let index = table.number::<f64>(row, INDEX, "give the sample's number, 0, 1, 2, ...")?;
-    if let Some(index) = index.filter(|index| !(*index >= 0.0 && index.fract() == 0.0)) {
-        return error(format!(
-            "column index: {index} is not a sample's number; give 0, 1, 2, ..."
-        ));
-    }
-    if index.is_none() && angles.is_none() {
-        return error("the directions and the index are empty; give one of them".to_owned());
-    }
-    let mut numbers = Vec::with_capacity(columns.len());
-    let mut empty = None;
-    for name in columns {
-        let remedy = "leave it empty if nothing was read";
-        // Programs write a missing value as an empty cell or as NaN.
-        match table.number::<f32>(row, name, remedy)? {
-            Some(number) if number.is_infinite() => {
-                let cell = escaped(table.cell(row, name));
-                return error(format!("column {name}: {cell} is not finite; {remedy}"));
-            }
-            Some(number) if !number.is_nan() => numbers.push(number),
-            _ => empty = empty.or(Some(name)),
-        }
-    }
-    if let Some(name) = empty.filter(|_| !numbers.is_empty()) {
-        return error(format!(
-            "column {name}: it is empty but the other channels are not; give all {}, or none if nothing was read",
-            columns.len()
-        ));
-    }
-    let saturated = match &table.cell(row, "saturated").to_lowercase()[..] {
-        "" | "0" | "0.0" | "false" => false,
-        "1" | "1.0" | "true" => true,
-        other => {
-            return error(format!(
-                "column saturated: `{}` is neither 0 nor 1; give 1 if the sensor was saturated",
-                escaped(other)
-            ));
-        }
-    };
-    let remedy = "give the standard deviation relative to the reading, 0 to 10";
-    let noise = table.number::<f32>(row, "noise", remedy)?;
-    if let Some(noise) = noise.filter(|noise| !(0.0..=10.0).contains(noise)) {
-        return error(format!("column noise: {noise} is out of range; {remedy}"));
-    }
-    Ok(LabReading {
-        line: row.line,
-        index: index.map(|index| index as usize),
-        angles,
-        numbers,
-        saturated,
-        noise,
-    })
 }

@@ -1,15 +1,17 @@
 //! A table in a text file, such as CSV. One line names the columns, in any order.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use clap::ValueEnum;
 use csv::{Position, StringRecord};
 use glimpse_materials::untrusted::{escaped, escaped_start, read_at_most};
+use serde::{Deserialize, Serialize};
 
-use super::layout::{
-    AngleUnit, DEGREES, Layout, PER_STERADIAN, RADIANS, Unit, is_known, is_number, is_value,
-    may_separate_thousands, reader, tabulated, wavelength,
-};
+use super::cells::{MARKS, decode_latin, plain, with_point};
+use super::layout::{ANGLES, Layout, Unit, reader, tabulated, wavelength};
+use super::names::{KnownName, is_same};
 
 /// The maximum size of a file in bytes, which holds more than a million rows.
 const MAX_BYTES: u64 = 1 << 28;
@@ -43,30 +45,51 @@ pub(super) struct Table {
     pub(super) rows: Vec<Row>,
 }
 
+/// A reason to leave a row out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum LeftOutRow {
+    /// The row states that it is invalid.
+    Invalid,
+    /// The row states that it has a BTDF.
+    Btdf,
+    /// The sensor is below the horizon, and the light is not.
+    SensorBelowHorizon,
+}
+
 /// A row and the line of the file on which it begins.
+#[derive(Clone)]
 pub(super) struct Row {
     pub(super) line: usize,
-    cells: StringRecord,
+    pub(super) cells: StringRecord,
+    /// The reason to leave the row out.
+    pub(super) left_out: Option<LeftOutRow>,
 }
 
 impl Table {
-    /// Reads a whole file. Columns are separated by commas, semicolons, tabs or spaces. Comments, empty rows, and empty
-    /// cells at the end of a row are ignored.
-    pub(super) fn read(path: &Path) -> Result<Self, TableError> {
+    /// Reads a whole file, without the columns of the names `ignored`. Columns are separated by commas, semicolons, tabs or
+    /// spaces. Comments, empty rows, and empty cells at the end of a row are skipped.
+    pub(super) fn read(path: &Path, ignored: &[String]) -> Result<Self, TableError> {
         let bytes = read_at_most(path, MAX_BYTES).map_err(|source| TableError::Read {
             path: path.into(),
             source,
         })?;
-        Self::parse_text(path, &bytes).map_err(|message| TableError::Damaged {
+        Self::parse_text(path, &bytes, ignored).map_err(|message| TableError::Damaged {
             path: path.into(),
             message,
         })
     }
 
-    fn parse_text(path: &Path, bytes: &[u8]) -> Result<Self, String> {
+    fn parse_text(path: &Path, bytes: &[u8], ignored: &[String]) -> Result<Self, String> {
         let text = decode(bytes)?;
-        let layout = Layout::find(&text)?;
+        let mut layout = Layout::find(&text)?;
+        for (label, name) in layout.labels.iter().zip(&mut layout.names) {
+            if ignored.iter().any(|ignored| is_same(label, ignored)) {
+                name.clear();
+            }
+        }
         let (line_of_names, count) = (layout.line, layout.names.len());
+        let is_known = |name: &str| KnownName::find(name).is_some_and(|known| known.is_unique());
         for (index, name) in layout.names.iter().enumerate() {
             if is_known(name) && layout.names[..index].contains(name) {
                 return Err(format!(
@@ -109,89 +132,139 @@ impl Table {
             let cells = &cells[..count];
             if !table.rows.is_empty() || !table.layout.add_units(line, cells) {
                 let cells = cells.into();
-                table.rows.push(Row { line, cells });
+                table.rows.push(Row {
+                    line,
+                    cells,
+                    left_out: None,
+                });
             }
         }
-        table.replace_decimal_commas()?;
+        table.read_numbers()?;
         Ok(table)
     }
 
-    /// Replaces decimal commas by decimal points, if no comma can separate thousands.
-    fn replace_decimal_commas(&mut self) -> Result<(), String> {
+    /// Writes the numbers in cells with decimal points, if one reading of their commas and points is possible.
+    fn read_numbers(&mut self) -> Result<(), String> {
         let names = &self.layout.names;
-        let columns: Vec<usize> = (0..names.len())
-            .filter(|column| is_number(&names[*column]))
-            .collect();
-        let find = |condition: fn(&str) -> bool| {
-            let mut cells = self
-                .rows
+        let has_numbers = |name: &String| {
+            wavelength(name).is_some()
+                || KnownName::find(name).is_some_and(|known| known.has_numbers())
+        };
+        let columns: Vec<bool> = names.iter().map(has_numbers).collect();
+        // The first cell with two readings, and the first one that contradicts each mark of decimals.
+        let (mut ambiguous, mut contradiction) = (None, [None; 2]);
+        let mut has_commas = self.layout.separator == ';';
+        for (index, row) in self.rows.iter_mut().enumerate() {
+            let cells = row.cells.iter().zip(&columns);
+            let cells = cells.map(|(cell, is_number)| {
+                if *is_number {
+                    plain(cell)
+                } else {
+                    cell.to_owned()
+                }
+            });
+            let units = names
                 .iter()
-                .flat_map(|row| columns.iter().map(move |column| (row, *column)));
-            cells.find(|(row, column)| condition(&row.cells[*column]))
+                .zip(&row.cells)
+                .filter(|(_, cell)| cell.ends_with(['°', 'º']));
+            for (name, _) in units {
+                if self.layout.units.iter().all(|unit| unit.column != *name) {
+                    self.layout.units.extend(Unit::new(row.line, name, "°"));
+                }
+            }
+            row.cells = cells.collect();
+            for (column, cell) in row
+                .cells
+                .iter()
+                .enumerate()
+                .filter(|(column, _)| columns[*column])
+            {
+                let is_angle = ANGLES.contains(&&names[column][..]);
+                let numbers = MARKS.map(|mark| {
+                    with_point(cell, mark).filter(|number| {
+                        !is_angle || number.parse().is_ok_and(|angle: f64| angle < 1e3)
+                    })
+                });
+                if !cell.contains(['.', ',']) || numbers.iter().all(Option::is_none) {
+                    continue;
+                }
+                has_commas |= cell.contains(',');
+                for (contradiction, number) in contradiction.iter_mut().zip(&numbers) {
+                    if number.is_none() {
+                        *contradiction = contradiction.or(Some((index, column)));
+                    }
+                }
+                if numbers[0] != numbers[1] {
+                    ambiguous = ambiguous.or(Some((index, column)));
+                }
+            }
+        }
+        let (mark, defect) = match contradiction {
+            _ if !has_commas => return Ok(()),
+            [None, None] => (MARKS[0], ambiguous),
+            [None, Some(_)] => (MARKS[0], None),
+            [Some(_), None] => (MARKS[1], None),
+            // With commas for both, the first cell with a comma.
+            [Some(one), Some(other)] => (
+                MARKS[0],
+                Some(if self.rows[one.0].cells[one.1].contains(',') {
+                    one
+                } else {
+                    other
+                }),
+            ),
         };
-        let Some((row, column)) = find(|cell| cell.contains(',')) else {
-            return Ok(());
-        };
-        let has_points = find(|cell| cell.contains('.') && cell.parse::<f64>().is_ok()).is_some();
-        let is_decimal = find(|cell| cell.contains(',') && !may_separate_thousands(cell)).is_some();
-        if has_points || !is_decimal {
+        if let Some((row, column)) = defect {
+            let (row, name) = (&self.rows[row], &names[column]);
             return Err(format!(
-                "line {}, column {}: the comma of `{}` may separate decimals or thousands; write all numbers with \
-                 decimal points, and without separators of thousands",
+                "line {}, column {name}: the mark of `{}` may separate decimals or thousands; write all numbers with decimal \
+                 points, and without separators of thousands",
                 row.line,
-                names[column],
                 escaped(&row.cells[column])
             ));
         }
         for row in &mut self.rows {
-            let cells = row.cells.iter().enumerate().map(|(column, cell)| {
-                let number = cell.replacen(',', ".", 1);
-                let is_decimal = columns.contains(&column) && number.parse::<f64>().is_ok();
-                if is_decimal { number } else { cell.to_owned() }
-            });
-            row.cells = cells.collect();
-        }
-        Ok(())
-    }
-
-    /// Returns the stated unit of the angles in these columns: DEGREES or RADIANS.
-    ///
-    /// # Errors
-    /// If a unit is unknown, or differs from another one.
-    pub(super) fn angle_unit(&self, columns: &[&str]) -> Result<Option<AngleUnit>, TableError> {
-        let mut stated = None;
-        let units = self.layout.units.iter();
-        for unit in units.filter(|unit| columns.contains(&&unit.column[..])) {
-            let angle_unit = match &unit.text[..] {
-                text if DEGREES.contains(&text) => AngleUnit::Degrees,
-                text if RADIANS.contains(&text) => AngleUnit::Radians,
-                _ => return Err(self.unit_error(unit, "deg or rad")),
+            let cells = row.cells.iter().zip(&columns);
+            let number = |(cell, is_number): (&str, &bool)| {
+                let number = with_point(cell, mark).filter(|_| *is_number);
+                number.unwrap_or_else(|| cell.to_owned())
             };
-            if *stated.get_or_insert(angle_unit) != angle_unit {
-                return Err(self.unit_error(unit, "the same unit in all columns"));
-            }
-        }
-        Ok(stated)
-    }
-
-    /// Checks that the stated units of readings are those of a BRDF, or none.
-    pub(super) fn check_value_units(&self) -> Result<(), TableError> {
-        let units = self.layout.units.iter();
-        for unit in units.filter(|unit| is_value(&unit.column)) {
-            let text = &unit.text[..];
-            let is_wavelength = text == "nm" && wavelength(&unit.column).is_some();
-            if !PER_STERADIAN.contains(&text) && !["1", "-"].contains(&text) && !is_wavelength {
-                let remedy = "1/sr, or no unit and the quantity of the readings as an option";
-                return Err(self.unit_error(unit, remedy));
-            }
+            row.cells = cells.map(number).collect();
         }
         Ok(())
     }
 
-    fn unit_error(&self, Unit { line, column, text }: &Unit, remedy: &str) -> TableError {
-        let text = escaped(text);
-        let message = format!("column {column}: its unit is `{text}`; give {remedy}");
-        self.line_error(*line, &message)
+    /// Returns true if the option `--ignore` names the column.
+    pub(super) fn is_ignored(&self, column: usize) -> bool {
+        self.layout.names[column].is_empty() && !self.layout.labels[column].is_empty()
+    }
+
+    /// Returns a table for each text of a column, with the text. None if the table lacks the column.
+    pub(super) fn split(self, column: &str) -> Option<Vec<(String, Self)>> {
+        let index = self
+            .layout
+            .labels
+            .iter()
+            .position(|label| is_same(label, column))?;
+        let mut tables: Vec<(String, Self)> = Vec::new();
+        let mut known: HashMap<String, usize> = HashMap::new();
+        for row in self.rows {
+            let text = row.cells[index].to_owned();
+            let table = *known.entry(text.clone()).or_insert(tables.len());
+            if table == tables.len() {
+                let (path, layout) = (self.path.clone(), self.layout.clone());
+                tables.push((
+                    text,
+                    Self {
+                        path,
+                        layout,
+                        rows: Vec::new(),
+                    },
+                ));
+            }
+            tables[table].1.rows.push(row);
+        }
+        Some(tables)
     }
 
     /// Returns the names and the wavelengths in nm of the columns of bands, in ascending order of wavelengths.
@@ -236,7 +309,7 @@ impl Table {
 
     /// Returns an error that concerns the columns.
     pub(super) fn columns_error(&self, defect: &str) -> TableError {
-        let names = escaped(&self.layout.names.join(", "));
+        let names = escaped(&self.layout.labels.join(", "));
         let line = self.layout.line;
         self.file_error(format!("line {line} names the columns {names}, {defect}"))
     }
@@ -255,12 +328,16 @@ impl Table {
     }
 }
 
-/// Returns the text of a file, with `\n` at the end of each line. Spreadsheets and other files that are not text have
-/// bytes that are 0 or not UTF-8.
+/// Returns the text of a file, in UTF-8 or Windows-1252, with `\n` at the end of each line. Spreadsheets and other files that
+/// are not text have bytes that are 0 or not printable.
 fn decode(bytes: &[u8]) -> Result<String, String> {
+    let unified = |text: &str| text.replace("\r\n", "\n").replace('\r', "\n");
     let text = str::from_utf8(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
+    if let (Err(_), Some(text)) = (&text, decode_latin(bytes)) {
+        return Ok(unified(&text));
+    }
     let valid = match (text, bytes.iter().position(|byte| *byte == 0)) {
-        (Ok(text), None) => return Ok(text.replace("\r\n", "\n").replace('\r', "\n")),
+        (Ok(text), None) => return Ok(unified(text)),
         (Err(error), None) => error.valid_up_to(),
         (_, Some(position)) => position,
     };

@@ -276,6 +276,7 @@ class Recipe:
         dark: Optional[npt.ArrayLike] = None,
         white_reflectance: Optional[npt.ArrayLike] = None,
         saturation: Optional[float] = None,
+        ignore: Optional[Sequence[str]] = None,
         keep_all: bool = False,
     ) -> FittedMaterial: ...
     def at(self, directions: npt.ArrayLike) -> Recipe: ...

@@ -12,7 +12,7 @@ use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_evaluation::conversion::{Encoded, OutputFormat, encode};
 use glimpse_fitting::choice::Choice;
-use glimpse_fitting::measurement::{FitReport, NamedRecipe};
+use glimpse_fitting::measurement::{FitReport, NamedRecipe, ReadingRows};
 use glimpse_materials::{FittedMaterial, Material};
 use options::{ReadingArgs, ViewingArgs};
 use pictures::pictures;
@@ -33,11 +33,12 @@ use crate::output::{create_out_folder, refuse_input, write_files};
 ///   --help`), or index, the number of the recipe's sample, from 0;
 /// - reading: r, g, b; or value, of a sensor with one channel; or a wavelength in nm (390, 390nm or
 ///   w390) for each band;
-/// - optional: saturated (0, 1, False, True); quantity (a value of --quantity, or counts); material,
-///   which must be the same in all rows; and at any directions noise, the standard deviation relative
-///   to the reading (see --noise).
+/// - optional: saturated (0 or 1); quantity (a value of --quantity, or counts); sample or material (see
+///   --by); valid (0 or 1) or flag (ok or bad); scatter (BRDF or BTDF); exposure (ms or s) of counts;
+///   and at any directions noise, the standard deviation relative to the reading (see --noise).
 ///
-/// Other columns are ignored. Rows come in any order. Repeated readings of a direction are averaged,
+/// A row may have the reading of one band, with the columns wavelength (or channel) and value. A column
+/// of another name must be constant, or listed by --ignore. Rows come in any order. Repeated readings of a direction are averaged,
 /// and their spread is printed. The noise of the mean of k readings is divided by sqrt(k).
 ///
 /// RECIPES. Without RECIPE, or with one of `train --samples any`, readings may have any directions.
@@ -62,7 +63,7 @@ use crate::output::{create_out_folder, refuse_input, write_files};
 /// - for the model linear material.basis, so that the folder can be moved;
 /// - with --format, a folder DIR/formats with files for other programs.
 ///
-/// With several --measurements, each gets a folder DIR/NAME. A report is printed on stdout. It names what
+/// With several --measurements, each gets a folder DIR/NAME, and with --by each material. A report is printed on stdout. It names what
 /// the readings leave open (gloss, large angles, color), and the reading that would help most.
 ///
 /// Example: trainer fit --measurements multi-angle.csv --out paint/      # readings you already have
@@ -82,6 +83,9 @@ pub(crate) struct Fit {
     /// Readings, a CSV file for each material
     #[arg(long, value_name = "FILE.csv", required = true, num_args = 1..)]
     measurements: Vec<PathBuf>,
+    /// Column that names the material of a row: each gets a fit, in a folder of its name
+    #[arg(long, value_name = "NAME")]
+    by: Option<String>,
     /// Folder for the results; created, but its parent folder must exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -134,13 +138,12 @@ impl Fit {
             "--as-fitted has no effect without a table in --format, which all but nbrdf and shading models are: remove it"
         );
         let given = NamedRecipe::read(&self.recipe)?;
-        let inputs = self.inputs()?;
+        let (inputs, rows): (Vec<_>, Vec<_>) = self.inputs()?.into_iter().unzip();
         self.refuse_overwrite(&inputs)?;
 
         // All fits are computed before any file is written, so that an error leaves no partial output.
         let mut fits = Vec::new();
-        for input in &inputs {
-            let rows = self.readings.rows(input.path)?;
+        for rows in rows {
             let viewing = self.viewing.viewing(&rows)?;
             let fit = self.readings.fit(&given, rows, self.keep_all)?;
             let formats = self.formats(&fit.material, seed)?;
@@ -200,21 +203,33 @@ impl Fit {
         Ok(formats)
     }
 
-    /// Returns the input files with their materials' names and output folders.
-    fn inputs(&self) -> anyhow::Result<Vec<FitInput<'_>>> {
-        let mut inputs: Vec<FitInput<'_>> = Vec::new();
+    /// Returns the materials of all files, with their output folders and readings.
+    fn inputs(&self) -> anyhow::Result<Vec<(FitInput<'_>, ReadingRows)>> {
+        let mut inputs: Vec<(FitInput<'_>, ReadingRows)> = Vec::new();
+        let has_one_file = self.measurements.len() == 1;
         for path in &self.measurements {
-            let name = path.file_stem().unwrap_or_default();
-            let name = name.to_string_lossy().into_owned();
-            ensure!(
-                inputs.iter().all(|input| input.name != name),
-                "--measurements: two files have the name {name}, and would get the same folder: rename one of them"
-            );
-            let folder = match self.measurements.len() {
-                1 => self.out.clone(),
-                _ => self.out.join(&name),
+            let materials = match &self.by {
+                Some(by) => self.readings.rows_by(path, by)?,
+                None => vec![self.readings.rows(path)?],
             };
-            inputs.push(FitInput { name, path, folder });
+            for mut rows in materials {
+                if self.by.is_some() && !has_one_file {
+                    let file = path.file_stem().unwrap_or_default().to_string_lossy();
+                    rows.name = format!("{file}-{}", rows.name);
+                }
+                let name = rows.name.clone();
+                ensure!(
+                    inputs.iter().all(|(input, _)| input.name != name),
+                    "--measurements: two files or samples have the name {name}, and would get the same folder: rename one of \
+                     them"
+                );
+                let folder = if has_one_file && self.by.is_none() {
+                    self.out.clone()
+                } else {
+                    self.out.join(&name)
+                };
+                inputs.push((FitInput { name, path, folder }, rows));
+            }
         }
         Ok(inputs)
     }

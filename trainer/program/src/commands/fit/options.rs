@@ -6,8 +6,8 @@ use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_core::gonio::Footprint;
 use glimpse_fitting::measurement::{
-    AngleArgs, CountCalibration, LargerSpot, MaterialFit, Multiple, NamedRecipe, ReadingQuantity,
-    ReadingRows, Readings,
+    CountCalibration, LargerSpot, MaterialFit, Multiple, NamedRecipe, ReadingQuantity, ReadingRows,
+    Readings, TableArgs, TableError,
 };
 use glimpse_materials::{Illuminant, Observer, Viewing};
 
@@ -17,7 +17,7 @@ use super::super::numbers::{channels, finite, number, reflectances};
 #[derive(Args)]
 pub(crate) struct ReadingArgs {
     #[command(flatten)]
-    angles: AngleArgs,
+    table: TableArgs,
     /// Quantity of the readings: the BRDF, sr^-1; the BRDF times cos(theta_i), the radiance under a lamp
     /// that lights the sensor's whole spot; the BRDF times cos(theta_o), also called brdf-cos, ASTM's
     /// cosine-corrected BSDF; or pi times the BRDF, the radiance relative to that of a white tile, also in
@@ -70,14 +70,21 @@ impl ReadingArgs {
             || self.white.is_some()
             || self.noise.is_some()
             || self.accept_implausible
-            || self.angles != AngleArgs::default()
+            || self.table != TableArgs::default()
     }
 
     /// Reads a file of readings.
-    pub(crate) fn rows(&self, path: &Path) -> anyhow::Result<ReadingRows> {
-        let mut rows = ReadingRows::read(path, &self.angles)?;
+    pub(crate) fn rows(&self, path: &Path) -> Result<ReadingRows, TableError> {
+        let mut rows = ReadingRows::read(path, &self.table)?;
         rows.noise = self.noise;
         Ok(rows)
+    }
+
+    /// Reads a file of readings of several materials, one for each text of a column.
+    pub(super) fn rows_by(&self, path: &Path, by: &str) -> Result<Vec<ReadingRows>, TableError> {
+        let mut all = ReadingRows::read_by(path, &self.table, by)?;
+        all.iter_mut().for_each(|rows| rows.noise = self.noise);
+        Ok(all)
     }
 
     /// Fits the rows of a file. The material has its name.
@@ -87,8 +94,13 @@ impl ReadingArgs {
         rows: ReadingRows,
         keep_all: bool,
     ) -> anyhow::Result<MaterialFit> {
-        let (path, name) = (rows.path.display().to_string(), rows.path.file_stem());
-        let name = name.unwrap_or_default().to_string_lossy().into_owned();
+        let (path, name) = (rows.path.display().to_string(), rows.name.clone());
+        for name in &self.table.ignore {
+            ensure!(
+                rows.summary.ignores(name),
+                "{path}: --ignore {name} has no effect, because the file has no such column: remove it"
+            );
+        }
         let quantity = self.quantity(&rows)?;
         let readings = Readings::new(given, rows, quantity)?;
         let fit = MaterialFit::new(readings, name, keep_all).with_context(|| path.clone())?;

@@ -1,7 +1,9 @@
 //! The report on a fit for `--json` and the terminal.
 
 use glimpse_fitting::choice::Choice;
-use glimpse_fitting::measurement::{FitReport, GlossGap, NoiseSummary, SpectrumReport};
+use glimpse_fitting::measurement::{
+    ColumnSummary, FitReport, GlossGap, InputSummary, NoiseSummary, Role, SpectrumReport,
+};
 use serde::Serialize;
 
 use super::super::expected_loss::with_scale;
@@ -70,6 +72,7 @@ impl ReportEntry<'_> {
             measured.quantity,
         );
         let mut lines = vec![("read", read)];
+        lines.push(("columns", describe_columns(measured)));
         if let Some(reason) = &self.off_pattern {
             let text = format!("{} fits readings at any directions: {reason}", recipe.file);
             lines.push(("other recipe", text));
@@ -188,6 +191,34 @@ impl ReportEntry<'_> {
         let lines = lines.into_iter();
         lines.filter_map(|(label, text)| Some((label, text?)))
     }
+}
+
+/// Returns the meaning of the columns, and the rows that were left out.
+fn describe_columns(measured: &InputSummary) -> String {
+    let mut groups: Vec<(&ColumnSummary, Vec<&str>)> = Vec::new();
+    for column in &measured.table.columns {
+        let mut same = groups.iter_mut();
+        match same.find(|(first, _)| first.role == column.role && first.unit == column.unit) {
+            Some((_, names)) => names.push(&column.name),
+            None => groups.push((column, vec![&column.name])),
+        }
+    }
+    let columns = groups.iter().map(|(first, names)| {
+        let names = match names[..] {
+            [first, _, _, _, .., last] => format!("{first}, ..., {last}"),
+            _ => names.join(", "),
+        };
+        let unit = first
+            .unit
+            .as_ref()
+            .map_or(String::new(), |unit| format!(" ({unit})"));
+        let unused = first.role == Role::Exposure && measured.quantity != "counts";
+        let unused = if unused { ", not used" } else { "" };
+        format!("{names}: {}{unit}{unused}", first.role.name())
+    });
+    let left_out = measured.table.left_out.iter();
+    let left_out = left_out.map(|out| format!("{} rows left out: {}", out.rows, out.reason.name()));
+    columns.chain(left_out).collect::<Vec<_>>().join("; ")
 }
 
 fn describe_spectrum(report: &SpectrumReport) -> String {

@@ -8,8 +8,8 @@ use clap::{ArgGroup, Args};
 use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::Degradation;
 use glimpse_fitting::measurement::{
-    AngleArgs, MaterialFit, Multiple, NamedRecipe, ReadingQuantity, ReadingRows, ReadingStatus,
-    Readings, SampleReading, Selection,
+    MaterialFit, Multiple, NamedRecipe, ReadingQuantity, ReadingRows, ReadingStatus, Readings,
+    SampleReading, Selection, TableArgs,
 };
 use glimpse_fitting::route::MachineArgs;
 use glimpse_kernels::scan::scan_with_missing;
@@ -196,7 +196,7 @@ fn name_of(path: &Path) -> String {
 /// Adds readings from a lab to a scan. If they are not those of the recipe's pattern, the page displays the fit of
 /// `trainer fit`, and there is a direction to read next.
 fn add_measured(scan: &mut RecipeScan, given: &NamedRecipe, file: &Path) -> anyhow::Result<()> {
-    let rows = ReadingRows::read(file, &AngleArgs::default())?;
+    let rows = ReadingRows::read(file, &TableArgs::default())?;
     let readings = Readings::new(given, rows, ReadingQuantity::of(Multiple::Brdf))?;
     let context = || file.display().to_string();
     if !given.is_any() && readings.off_pattern.is_none() {

@@ -173,7 +173,7 @@ fn checks_quantity_and_material_columns() {
             "read.csv --white brdf.csv => brdf.csv 2 quantity counts",
             "cosine.csv --quantity brdf-cos => cosine.csv 5 quantity brdf brdf-cos-o",
             "two.csv => two.csv 3 material felt gold",
-            "swapped.csv => swapped.csv 2 exchange",
+            "swapped.csv => swapped.csv 2 exchanged",
         ],
     );
     assert!(!folder.exists("out"));

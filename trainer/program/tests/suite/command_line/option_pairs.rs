@@ -86,7 +86,13 @@ const CASES: [Case; 18] = [
     },
     Case {
         base: "next --measurements radians.csv --unit radians",
-        options: &[&["--count 3", "--convention elevation", "--speed 5"]],
+        options: &[&[
+            "--count 3",
+            "--convention elevation",
+            "--azimuth-unit degrees",
+            "--ignore noise",
+            "--speed 5",
+        ]],
     },
     Case {
         base: "evaluate --recipe any.recipe --test procedural:2:3 --geometry in-plane",
@@ -110,11 +116,23 @@ const CASES: [Case; 18] = [
     },
     Case {
         base: "fit --measurements radians.csv --out fit --unit radians",
-        options: &[&["--convention elevation", "--quantity brdf-cos-i", "--json"]],
+        options: &[&[
+            "--convention elevation",
+            "--azimuth-unit degrees",
+            "--ignore noise",
+            "--quantity brdf-cos-i",
+            "--json",
+        ]],
     },
     Case {
         base: "fit --measurements bands.csv --out fit",
-        options: &[&["--illuminant a", "--observer 10", "--white-reflectance 0.9"]],
+        options: &[&[
+            "--illuminant a",
+            "--observer 10",
+            "--white-reflectance 0.9",
+            "--by quantity",
+            "--ignore 550",
+        ]],
     },
     Case {
         base: "plan n.recipe",
@@ -139,7 +157,12 @@ const CASES: [Case; 18] = [
     },
     Case {
         base: "query procedural:2:3 --angles radians.csv --unit radians",
-        options: &[&["--convention elevation", "--out q.csv", "--json"]],
+        options: &[&[
+            "--convention elevation",
+            "--azimuth-unit degrees",
+            "--out q.csv",
+            "--json",
+        ]],
     },
     Case {
         base: "render sphere procedural:2:3",
@@ -230,7 +253,8 @@ fn write_inputs(folder: &Folder) {
     );
     folder.write(
         "radians.csv",
-        "theta_i,phi_i,theta_o,phi_o,r,g,b\n0.5,0,0.4,1.5,0.2,0.1,0.1\n0.9,0,0.3,3.1,0.4,0.3,0.1\n",
+        "theta_i,phi_i,theta_o,phi_o,r,g,b,noise\n0.5,0,0.4,1.5,0.2,0.1,0.1,0.1\n\
+         0.9,0,0.3,3.1,0.4,0.3,0.1,0.3\n",
     );
     folder.succeed("fit n.recipe --measurements n.csv --out fitted");
 }

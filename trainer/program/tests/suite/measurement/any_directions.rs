@@ -7,7 +7,7 @@ use glimpse_core::model::ModelKind;
 use glimpse_fitting::measurement::{
     AngleArgs, AngleConvention, AngleUnit, AngularDistance, FitFailure, FitReport, LabReading,
     MaterialFit, Multiple, NamedRecipe, NoiseSource, ReadingQuantity, ReadingRows, Readings,
-    TableError,
+    TableArgs, TableError,
 };
 use glimpse_fitting::recipe::RecipeDefect;
 use glimpse_fitting::route::arms_in_degrees;
@@ -37,12 +37,17 @@ fn recipe_at_directions_names_its_defect() {
 /// The same directions by other columns, units and conventions.
 #[test]
 fn conventions_agree() {
-    use AngleConvention::{Elevation, FromMirror, Signed};
+    use AngleConvention::{Elevation, Exchanged, FromMirror, Signed, Travel};
 
     let read = |convention: &[AngleConvention], unit, text: &str| {
-        let args = AngleArgs {
+        let angles = AngleArgs {
             unit,
             convention: convention.to_vec(),
+            ..AngleArgs::default()
+        };
+        let args = TableArgs {
+            angles,
+            ..TableArgs::default()
         };
         let rows = rows(text, &args).expect("the file is read");
         let any = NamedRecipe::any(ModelKind::Linear);
@@ -61,8 +66,24 @@ fn conventions_agree() {
     let signed =
         "theta_i,phi_i,theta_o,phi_o,value\n-45,180,60,180,1\n-45,180,-30,180,1\n-30,180,0,180,1\n";
     let radians = "theta_i,theta_o,value\n0.785398163,1.047197551,1\n0.785398163,-0.523598776,1\n0.523598776,0,1\n";
+    let opposite = "theta_i,theta_o,value\n45,-60,1\n45,30,1\n30,0,1\n";
+    let exchanged = "theta_i,theta_o,value\n60,45,1\n-30,45,1\n0,30,1\n";
+    let travel =
+        "theta_i,phi_i,theta_o,phi_o,value\n135,180,60,180,1\n135,180,30,0,1\n150,180,0,0,1\n";
+    let travel_in_plane = "theta_i,theta_o,value\n135,60,1\n135,-30,1\n150,0,1\n";
+    let surface_and_travel = "theta_i,theta_o,phi,value\n-45,30,0,1\n-45,60,180,1\n-60,90,0,1\n";
+    let mixed = "theta_i [rad],theta_o (deg),phi,value\n0.785398163,60,180,1\n0.785398163,30,0,1\n0.523598776,0,180,1\n";
+    let azimuths =
+        "theta_i,theta_o,phi (rad),value\n45,60,3.14159265359,1\n45,30,0,1\n30,0,1.5,1\n";
     for (convention, unit, text) in [
         (&[][..], None, relative),
+        (&[FromMirror], None, opposite),
+        (&[Exchanged], None, exchanged),
+        (&[Travel], None, travel),
+        (&[Travel], None, travel_in_plane),
+        (&[Elevation, Travel, Signed], None, surface_and_travel),
+        (&[], None, mixed),
+        (&[], None, azimuths),
         (&[FromMirror], None, from_mirror),
         (&[Elevation], None, elevation),
         (&[Signed], None, signed),
@@ -101,7 +122,7 @@ fn bands_are_refused_before_the_fit() {
     let given = NamedRecipe::new("cook-torrance-n8".to_owned(), file.into(), None);
     // Another error would end the fit.
     let rows =
-        rows("index,400nm,500nm\n0,0.1,0.2\n", &AngleArgs::default()).expect("the file is read");
+        rows("index,400nm,500nm\n0,0.1,0.2\n", &TableArgs::default()).expect("the file is read");
     let quantity = ReadingQuantity::of(Multiple::Brdf);
     let readings = Readings::new(&given, rows, quantity).expect("valid readings");
     let failure = MaterialFit::new(readings, "a".to_owned(), false).expect_err("a failure");
@@ -114,7 +135,7 @@ fn read_with_noise(
     text: &str,
     noise: Option<f32>,
 ) -> Result<Readings, TableError> {
-    let mut rows = rows(text, &AngleArgs::default())?;
+    let mut rows = rows(text, &TableArgs::default())?;
     rows.noise = noise;
     Readings::new(given, rows, ReadingQuantity::of(Multiple::Brdf))
 }

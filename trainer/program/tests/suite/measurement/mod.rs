@@ -1,6 +1,7 @@
 //! Readings from a lab: matching of rows to samples, quantities, and outliers.
 
 mod any_directions;
+mod columns;
 mod outliers;
 mod quantities;
 mod rows;
@@ -12,8 +13,8 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
 use glimpse_fitting::linear::{Posterior, PosteriorReading};
 use glimpse_fitting::measurement::{
-    AngleArgs, Multiple, NamedRecipe, Outliers, ReadingQuantity, ReadingRows, Readings,
-    SampleReading, TableError,
+    Multiple, NamedRecipe, Outliers, ReadingQuantity, ReadingRows, Readings, SampleReading,
+    TableArgs, TableError,
 };
 use glimpse_fitting::recipe::RecipeFile;
 
@@ -57,7 +58,7 @@ fn find_outliers(
 }
 
 /// Reads a file with this text.
-pub(crate) fn rows(text: &str, args: &AngleArgs) -> Result<ReadingRows, TableError> {
+pub(crate) fn rows(text: &str, args: &TableArgs) -> Result<ReadingRows, TableError> {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let path = scratch.path().join("a.csv");
     std::fs::write(&path, text).expect("the file is written");
@@ -68,7 +69,7 @@ pub(crate) fn rows(text: &str, args: &AngleArgs) -> Result<ReadingRows, TableErr
 pub(crate) fn read_readings(text: &str, quantity: ReadingQuantity) -> Result<Readings, TableError> {
     let any = NamedRecipe::any(ModelKind::Linear);
     let recipe = any.at(&pattern()).expect("valid directions");
-    let rows = rows(text, &AngleArgs::default())?;
+    let rows = rows(text, &TableArgs::default())?;
     let readings = Readings::new(&recipe, rows, quantity)?;
     match readings.off_pattern {
         Some(message) => Err(TableError::Damaged {

@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::gonio::Footprint;
 use glimpse_fitting::measurement::{
-    AngleArgs, CountCalibration, ReadingQuantity, Readings, TableError,
+    CountCalibration, ReadingQuantity, Readings, TableArgs, TableError,
 };
 
 use super::{error_message, pattern, read_readings, rows};
@@ -38,7 +38,7 @@ fn read_counts(
         dark: Some([100.0; 3]),
         reflectance: Some([0.5; 3]),
         saturation: Some(4_000.0),
-        white: rows(white, &AngleArgs::default())?,
+        white: rows(white, &TableArgs::default())?,
         footprint,
     });
     read_readings(counts, quantity)

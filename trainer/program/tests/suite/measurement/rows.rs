@@ -2,7 +2,7 @@
 
 use glimpse_core::geometry::{Directions, HalfDifference};
 use glimpse_fitting::measurement::{
-    AngleArgs, AngleUnit, ReadingStatus, SampleReading, angles_from_vectors,
+    AngleArgs, AngleUnit, ReadingStatus, SampleReading, TableArgs, angles_from_vectors,
 };
 
 use super::{error_message, read_brdf, rows};
@@ -67,8 +67,8 @@ fn errors_name_line_and_column() {
         ("index,value\n,1\n", &["2", "index"]),
         ("index,r,g,b\n0,1,inf,1\n", &["2", "g", "inf"]),
         (
-            "index,value,saturated\n0,1,yes\n",
-            &["2", "saturated", "yes"],
+            "index,value,saturated\n0,1,maybe\n",
+            &["2", "saturated", "maybe"],
         ),
         ("index,value\n0,-1.5\n", &["2", "value", "-1.5", "-1"]),
         (
@@ -103,9 +103,12 @@ fn error_suggests_radians() {
 
 #[test]
 fn remedy_does_not_depend_on_the_name_of_a_column() {
-    let args = AngleArgs {
-        unit: Some(AngleUnit::Radians),
-        ..AngleArgs::default()
+    let args = TableArgs {
+        angles: AngleArgs {
+            unit: Some(AngleUnit::Radians),
+            ..AngleArgs::default()
+        },
+        ..TableArgs::default()
     };
     let text = "theta_h,theta_d,phi_d,value\n0,x,0,1\n";
     let message = error_message(rows(text, &args));
