@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::arrays::{Array, Pairs, to_python};
-use crate::error::{ImplausibleError, Result, reject};
+use crate::error::{ImplausibleError, Result, reject, warn};
 use crate::files::write;
 use crate::interruptible::run_detached;
 use crate::material::{Origin, PyMaterial};
@@ -63,7 +63,11 @@ impl PyFittedMaterial {
 
     /// Returns the fit, or raises `ImplausibleError` if its readings are implausible.
     pub(crate) fn require_plausible(fitted: Bound<'_, Self>) -> Result<Bound<'_, Self>> {
-        let Err(failure) = fitted.get().fit.check_plausible() else {
+        let fit = &fitted.get().fit;
+        let Err(failure) = fit.check_plausible() else {
+            if let Some(doubt) = fit.selection.readings.doubt {
+                warn(fitted.py(), doubt.to_string())?;
+            }
             return Ok(fitted);
         };
         let error =

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use glimpse_fitting::choice::Choice;
 use glimpse_fitting::measurement::{
-    CountCalibration, LabReading, LargerSpot, NamedRecipe, ReadingQuantity, ReadingRows, Readings,
-    TableArgs, rusinkiewicz,
+    AngleArgs, CountCalibration, LabReading, LargerSpot, NamedRecipe, ReadingQuantity, ReadingRows,
+    Readings, TableArgs, rusinkiewicz,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -40,10 +40,22 @@ impl<'py> ReadingArgs<'py> {
                 return reject("directions has no effect: the file of readings states them");
             }
             Some(path) => {
-                let ignore = self.take("ignore")?.map(|names| names.extract());
+                let names = |name| -> Result<Vec<String>> {
+                    let names = self.take(name)?.map(|names| names.extract());
+                    Ok(names.transpose()?.unwrap_or_default())
+                };
+                let convention = names("convention")?;
+                let convention = convention
+                    .iter()
+                    .map(|name| choose("convention", Some(name)));
+                let convention = convention.collect::<Result<Vec<_>>>()?;
                 let args = TableArgs {
-                    ignore: ignore.transpose()?.unwrap_or_default(),
-                    ..TableArgs::default()
+                    angles: AngleArgs {
+                        unit: self.take_choice("unit")?,
+                        azimuth_unit: self.take_choice("azimuth_unit")?,
+                        convention: convention.into_iter().flatten().collect(),
+                    },
+                    ignore: names("ignore")?,
                 };
                 ReadingRows::read(path, &args)?
             }
@@ -107,7 +119,7 @@ impl<'py> ReadingArgs<'py> {
             let reason = match &*name {
                 "saturated" | "noise" | "wavelengths" => "the file of readings states it",
                 "quantity" => "the readings are counts with white",
-                "ignore" => "it names columns of a file",
+                "ignore" | "convention" | "unit" | "azimuth_unit" => "it concerns a file",
                 "white_directions" | "footprint" | "dark" | "white_reflectance" | "saturation" => {
                     "it requires white, the counts of a white reference"
                 }

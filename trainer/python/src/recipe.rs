@@ -208,7 +208,8 @@ impl PyRecipe {
     /// 1), also as "reflectance-percent".
     ///
     /// With `wavelengths` of b bands in nm, `readings` is an array (n, b), and the fit has a `spectrum`. `readings` may also
-    /// be the path of a CSV file, as of `trainer fit`; `ignore` lists its columns on which readings do not depend.
+    /// be the path of a CSV file, as of `trainer fit`, with lists `convention` of its angles and `ignore` of columns on which
+    /// readings do not depend, and with `unit` and `azimuth_unit`. A warning asks if another reading explains it better.
     ///
     /// With `white`, the readings are counts of the sensor, and `white` holds the counts of a white reference. If they
     /// were read where the readings were, `white` is an array (n, 3). If they were read once, `white` is three numbers,
@@ -222,7 +223,7 @@ impl PyRecipe {
         signature = (readings, directions = None, *, name = "fitted", keep_all = false, **options),
         text_signature = "($self, readings, directions=None, *, quantity=None, name='fitted', saturated=None, noise=None, \
             wavelengths=None, white=None, white_directions=None, footprint=None, dark=None, white_reflectance=None, \
-            saturation=None, ignore=None, keep_all=False)"
+            saturation=None, convention=None, unit=None, azimuth_unit=None, ignore=None, keep_all=False)"
     )]
     fn fit<'py>(
         slf: &Bound<'py, Self>,

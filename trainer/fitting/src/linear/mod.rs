@@ -2,6 +2,7 @@
 
 mod compact;
 mod components_at;
+mod evidence;
 mod inverse;
 mod least_squares;
 mod material_basis;
@@ -12,6 +13,7 @@ mod uncertainty;
 
 pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES, HOST_NODES, to_compact_bytes, to_host_bytes};
 pub use components_at::{ComponentsAt, add_scaled, bounded_precision, dot};
+pub(crate) use evidence::Evidence;
 pub use material_basis::{CHANNEL_COEFFICIENTS, material_basis};
 pub use next::{Candidates, Proposal};
 pub use posterior::{DEFAULT_NOISE, LeftOut, MIN_NOISE, Posterior, PosteriorReading, gain_without};

@@ -346,7 +346,7 @@ impl Posterior {
 }
 
 /// Returns the mapped readings minus the mean of the training: the mean of the channels, and the differences from it.
-fn mapped(at: &PriorAt, brdf: &[[f32; 3]]) -> [DMatrix<f64>; 2] {
+pub(super) fn mapped(at: &PriorAt, brdf: &[[f32; 3]]) -> [DMatrix<f64>; 2] {
     let readings: Vec<[f32; 3]> = brdf.iter().map(|brdf| brdf.map(|f| f.max(0.0))).collect();
     let channels = at.components.mapped_channels(&readings);
     let rows = channels.map(|channel| channel.into_iter().map(f64::from));

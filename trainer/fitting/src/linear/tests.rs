@@ -175,3 +175,34 @@ fn uncertainty_follows_readings() {
     assert!(f64::from(black.loss) > 2.0 * loss(&many), "{black:?}");
     assert!(posterior(&[]).loss(&truth).loss.is_finite());
 }
+
+/// The density is a t distribution of y' S^-1 y, which the posterior computes without S, and of the slopes of the mapping.
+#[test]
+fn evidence_agrees_with_the_posterior() {
+    let [one, other] = [1, 2].map(|seed| {
+        let mut readings = readings(&Procedural::new(3, seed), 12);
+        // Unlike any material, so that the posterior's scale states y' S^-1 y.
+        readings[0].brdf = [9.0, 0.0, 3.0];
+        readings
+    });
+    let angles = one.iter().map(|reading| reading.angles).collect();
+    let evidence = Evidence::new(&prior(), angles, &[DEFAULT_NOISE; 12]).expect("finite");
+    let density = |readings: &[PosteriorReading]| {
+        let brdf: Vec<[f32; 3]> = readings.iter().map(|reading| reading.brdf).collect();
+        evidence.log_density(&brdf)
+    };
+    let expected = |readings: &[PosteriorReading]| {
+        let square = 3.0 * (18.0 * posterior(readings).scale(0.0, 0) - 6.0);
+        let slopes = readings.iter().flat_map(|reading| {
+            let at = HalfDifference::from_angles(reading.angles.map(f64::from));
+            let weight = at.cos_theta_i() * at.cos_theta_o();
+            reading.brdf.map(|f| {
+                let [low, high] = [-1e-6, 1e-6].map(|step| map(f64::from(f) + step, weight));
+                ((high - low) / 2e-6).ln()
+            })
+        });
+        slopes.sum::<f64>() - 21.0 * (1.0 + square / 6.0).ln()
+    };
+    let error = density(&one) - density(&other) - (expected(&one) - expected(&other));
+    assert!(error.abs() < 1e-3, "{error}");
+}

@@ -11,6 +11,7 @@ use crate::choice::Choice;
 
 /// The unit of angles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub enum AngleUnit {
     /// Degrees.
     Degrees,
@@ -34,6 +35,7 @@ pub struct AngleArgs {
 
 /// A convention of directions. Without it, polar angles are measured from the normal, and are not negative.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub enum AngleConvention {
     /// Polar angles from the surface.
     Elevation,

@@ -8,6 +8,7 @@ use glimpse_kernels::scan::LossPrediction;
 use glimpse_materials::setting::Name;
 use glimpse_materials::{FittedBrdf, FittedMaterial};
 
+use super::alternatives::{Doubt, is_off_highlight};
 use super::bands::fit_bands;
 use super::outliers::Outliers;
 use super::readings::{ReadingStatus, Readings, known_readings};
@@ -56,13 +57,28 @@ pub enum FitFailure {
     #[error(transparent)]
     Scan(#[from] Error),
     /// The readings are unlikely to come from a material.
-    #[error("{}", .0.text())]
+    #[error("{}{}", .0.text(), hint(*.0))]
     Implausible(ErrorCode),
+    /// Another way to read the file explains it far better.
+    #[error("{0}")]
+    Misread(Doubt),
     /// The model is too simple to follow readings in bands.
     #[error(
         "the model {0} cannot follow readings in bands: give a recipe of the model linear or neural, or readings in RGB"
     )]
     Bands(ModelKind),
+}
+
+/// Returns the likely cause of implausible readings.
+fn hint(reason: ErrorCode) -> String {
+    if reason == ErrorCode::Albedo {
+        format!(
+            "; give {} reflectance-percent if they are percent",
+            Name("quantity")
+        )
+    } else {
+        String::new()
+    }
 }
 
 /// Returns "sample 1, sample 2".
@@ -144,19 +160,31 @@ impl MaterialFit {
             material = material.with_bands(fit_bands(readings, posterior)?);
         }
         let prediction = result.prediction;
+        let mut residual = result.residual;
+        // A highlight alone does not determine the albedo.
+        let is_known = |reason: &ErrorCode| {
+            *reason != ErrorCode::Albedo
+                || samples.iter().any(|sample| is_off_highlight(sample.angles))
+        };
+        residual.implausible = residual.implausible.filter(is_known);
         Ok(Self {
             prediction: prediction.unwrap_or_else(|| selection.posterior.loss(material.fitted())),
             material,
             selection,
-            residual: result.residual,
+            residual,
         })
     }
 
     /// Checks that the readings are plausible.
     ///
     /// # Errors
-    /// [`FitFailure::Implausible`] if they are unlikely to come from a material.
+    /// [`FitFailure::Misread`] if another way to read them explains them far better, [`FitFailure::Implausible`] if they are
+    /// unlikely to come from a material.
     pub fn check_plausible(&self) -> Result<(), FitFailure> {
+        let doubt = self.selection.readings.doubt;
+        if let Some(doubt) = doubt.filter(|doubt| doubt.is_refused) {
+            return Err(FitFailure::Misread(doubt));
+        }
         let reason = self.residual.implausible;
         reason.map_or(Ok(()), |reason| Err(FitFailure::Implausible(reason)))
     }

@@ -3,6 +3,7 @@
 //! A row of a file is a [`LabReading`], a sample of a recipe with all its readings a [`SampleReading`], and its mapped value
 //! for the posterior a [`PosteriorReading`](crate::linear::PosteriorReading).
 
+mod alternatives;
 mod angle_table;
 mod angles;
 mod bands;
@@ -30,6 +31,7 @@ mod spectrum;
 mod table;
 mod units;
 
+pub use alternatives::{Alternative, Doubt};
 pub use angle_table::{AngleRow, AngleTable};
 pub use angles::{angles_from_vectors, rusinkiewicz};
 pub use columns::{ColumnSummary, LeftOutRows, TableSummary};

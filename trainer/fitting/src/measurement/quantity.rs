@@ -1,5 +1,7 @@
 //! Conversion of a file's numbers to the BRDF.
 
+use std::f32::consts::FRAC_1_PI;
+
 use clap::ValueEnum;
 use glimpse_core::error::Error;
 use glimpse_core::geometry::{Angles, Directions};
@@ -15,8 +17,9 @@ const COUNTS_OF_BANDS: &str = "it has counts of bands; divide them by those of t
 /// The name of sensor counts in the column `quantity`.
 const COUNTS: &str = "counts";
 
-/// A quantity in a unit, as named on the command line, in the column `quantity` and in Python.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ValueEnum)]
+/// The meaning of a number, as named on the command line, in the column `quantity` and in Python.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub enum Multiple {
     /// The BRDF, sr^-1.
     Brdf,
@@ -25,10 +28,17 @@ pub enum Multiple {
     /// The BRDF times cos(theta_o).
     #[value(alias = "brdf-cos")]
     BrdfCosO,
+    /// The BRDF times both cosines.
+    #[value(name = "brdf-cos-i-o")]
+    BrdfCosIO,
     /// Pi times the BRDF.
     ReflectanceFactor,
     /// Pi times the BRDF, in percent.
     ReflectancePercent,
+    /// Pi times the BRDF, in the encoding of sRGB, 0 to 1.
+    Srgb,
+    /// Pi times the BRDF, in the encoding of sRGB, 0 to 255.
+    Srgb8Bit,
 }
 
 /// A spot on the material that is larger than the other at all angles, as named on the command line and in Python.
@@ -41,15 +51,67 @@ pub enum LargerSpot {
 }
 
 impl Multiple {
-    /// Returns the quantity, and its value for the number 1.
-    fn quantity(self) -> (Quantity, f32) {
+    /// The quantities that a number has to be divided by, and the unit that it has to be multiplied with first.
+    const fn factors(self) -> (&'static [Quantity], f32) {
+        use Quantity::{BrdfTimesCosThetaI, BrdfTimesCosThetaO, ReflectanceFactor};
+
         match self {
-            Self::Brdf => (Quantity::Brdf, 1.0),
-            Self::BrdfCosI => (Quantity::BrdfTimesCosThetaI, 1.0),
-            Self::BrdfCosO => (Quantity::BrdfTimesCosThetaO, 1.0),
-            Self::ReflectanceFactor => (Quantity::ReflectanceFactor, 1.0),
-            Self::ReflectancePercent => (Quantity::ReflectanceFactor, 0.01),
+            Self::Brdf => (&[], 1.0),
+            Self::BrdfCosI => (&[BrdfTimesCosThetaI], 1.0),
+            Self::BrdfCosO => (&[BrdfTimesCosThetaO], 1.0),
+            Self::BrdfCosIO => (&[BrdfTimesCosThetaI, BrdfTimesCosThetaO], 1.0),
+            Self::ReflectanceFactor | Self::Srgb => (&[ReflectanceFactor], 1.0),
+            Self::ReflectancePercent => (&[ReflectanceFactor], 0.01),
+            Self::Srgb8Bit => (&[ReflectanceFactor], 1.0 / 255.0),
         }
+    }
+
+    /// Returns true if numbers are encoded by sRGB.
+    pub(super) fn is_encoded(self) -> bool {
+        matches!(self, Self::Srgb | Self::Srgb8Bit)
+    }
+
+    /// Returns true if numbers are relative to a white tile.
+    fn is_relative(self) -> bool {
+        self.factors().0 == [Quantity::ReflectanceFactor]
+    }
+
+    /// Converts numbers at directions to the BRDF.
+    fn to_brdf(
+        self,
+        numbers: [f32; 3],
+        reflectance: f32,
+        at: &Directions<f32>,
+    ) -> Result<[f32; 3], Error> {
+        let (quantities, unit) = self.factors();
+        let values = numbers.map(|number| {
+            let value = number * unit;
+            reflectance
+                * if self.is_encoded() {
+                    linear(value)
+                } else {
+                    value
+                }
+        });
+        let mut quantities = quantities.iter();
+        quantities.try_fold(values, |values, quantity| quantity.to_brdf(values, at))
+    }
+
+    /// Returns the BRDF of the number 1, about.
+    pub(super) fn brightness(self) -> f32 {
+        let (_, unit) = self.factors();
+        let relative = if self.is_relative() { FRAC_1_PI } else { 1.0 };
+        let encoded = if self.is_encoded() { 0.5 } else { 1.0 };
+        unit * relative * encoded
+    }
+}
+
+/// Decodes a value of sRGB (IEC 61966-2-1).
+fn linear(value: f32) -> f32 {
+    if value <= 0.040_45 {
+        value / 12.92
+    } else {
+        ((value + 0.055) / 1.055).powf(2.4)
     }
 }
 
@@ -106,8 +168,8 @@ impl ReadingQuantity {
         let stated = stated.and_then(|(_, _, name)| Multiple::from_str(name, false).ok());
         let multiple = multiple.or(stated).unwrap_or(Multiple::Brdf);
         let [red, green, blue] = reflectance.unwrap_or([1.0; 3]);
-        let is_valid = reflectance.is_none()
-            || multiple.quantity().0 == Quantity::ReflectanceFactor && red == green && red == blue;
+        let is_valid =
+            reflectance.is_none() || multiple.is_relative() && red == green && red == blue;
         is_valid.then_some(Self::Values(multiple, red))
     }
 
@@ -246,6 +308,16 @@ impl<'a> Conversion<'a> {
         })
     }
 
+    /// Returns the conversion of the same rows as another quantity that is not counts.
+    pub(super) fn of<'b>(&'b self, quantity: &'b ReadingQuantity) -> Conversion<'b> {
+        Conversion {
+            rows: self.rows,
+            quantity,
+            whites: self.whites.clone(),
+            white_at: self.white_at,
+        }
+    }
+
     /// Converts numbers of a row at directions to the BRDF.
     pub(super) fn to_brdf(
         &self,
@@ -257,9 +329,8 @@ impl<'a> Conversion<'a> {
         let mut saturated = row.saturated;
         let reading = match self.quantity {
             ReadingQuantity::Values(multiple, reflectance) => {
-                let (of, unit) = multiple.quantity();
-                let values = values.map(|value| value * unit * reflectance);
-                of.to_brdf(values, at).map(Reading::new)
+                let brdf = multiple.to_brdf(values, *reflectance, at);
+                brdf.map(Reading::new)
             }
             ReadingQuantity::Counts(calibration) => {
                 let white = self.whites[sample].ok_or_else(|| {

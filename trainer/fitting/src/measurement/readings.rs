@@ -7,6 +7,7 @@ use glimpse_core::gonio::Repeated;
 use glimpse_materials::setting::Name;
 use serde::Serialize;
 
+use super::alternatives::{Comparison, Doubt};
 use super::angles::to_directions;
 use super::noise::NoiseSummary;
 use super::placement::AngularDistance;
@@ -103,6 +104,8 @@ pub struct Readings {
     pub rows: ReadingRows,
     /// The quantity of their numbers.
     pub quantity: ReadingQuantity,
+    /// Another way to read the file that explains it better; None if there is none.
+    pub doubt: Option<Doubt>,
     /// The largest distance of a row's directions from its sample's; None if no row has directions of a pattern.
     pub max_distance: Option<AngularDistance>,
 }
@@ -180,6 +183,19 @@ impl Readings {
         for (sample, deviation) in samples.iter_mut().zip(&deviations) {
             sample.noise = *deviation;
         }
+        let placed = rows.readings.iter().zip(&placement.of_rows).enumerate();
+        let placed = placed.filter(|(_, (row, _))| !row.saturated);
+        let placed = placed.map(|(index, (row, sample))| {
+            let own = placement.directions[*sample].map(f64::from);
+            (index, *sample, row.angles.unwrap_or(own))
+        });
+        let comparison = Comparison {
+            rows: &rows,
+            quantity: &quantity,
+            conversion: &conversion,
+            prior: &given.prior,
+        };
+        let doubt = comparison.doubt(&placed.collect::<Vec<_>>())?;
         let recipe = if has_pattern {
             given.clone()
         } else {
@@ -194,6 +210,7 @@ impl Readings {
             max_distance: placement.max_distance,
             rows,
             quantity,
+            doubt,
         })
     }
 

@@ -8,6 +8,7 @@ use glimpse_materials::basis::BasisTable;
 use glimpse_materials::{BasisFile, Brdf, FittedMaterial, Viewing};
 use serde::Serialize;
 
+use super::alternatives::Doubt;
 use super::columns::TableSummary;
 use super::fit::MaterialFit;
 use super::gaps::Gaps;
@@ -27,6 +28,8 @@ pub struct FitReport {
     pub recipe: RecipeSummary,
     /// The input.
     pub measured: InputSummary,
+    /// Another way to read the file that explains it better; None if there is none.
+    pub doubt: Option<Doubt>,
     /// The readings.
     pub readings: ReadingSummary,
     /// The noise of the readings; None with a recipe for its own directions, whose fit has the noise of its training.
@@ -147,6 +150,7 @@ impl FitReport {
                 furthest_degrees: readings.max_distance.map(|distance| distance.degrees),
                 table: readings.rows.summary.clone(),
             },
+            doubt: readings.doubt,
             readings: ReadingSummary::new(fit),
             noise: readings.noise,
             gaps: Gaps::new(fit),

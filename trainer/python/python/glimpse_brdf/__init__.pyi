@@ -264,7 +264,16 @@ class Recipe:
         directions: Optional[npt.ArrayLike] = None,
         *,
         quantity: Optional[
-            Literal["brdf", "brdf-cos-i", "brdf-cos-o", "reflectance-factor", "reflectance-percent"]
+            Literal[
+                "brdf",
+                "brdf-cos-i",
+                "brdf-cos-o",
+                "brdf-cos-i-o",
+                "reflectance-factor",
+                "reflectance-percent",
+                "srgb",
+                "srgb-8-bit",
+            ]
         ] = None,
         name: str = "fitted",
         saturated: Optional[npt.ArrayLike] = None,
@@ -276,7 +285,10 @@ class Recipe:
         dark: Optional[npt.ArrayLike] = None,
         white_reflectance: Optional[npt.ArrayLike] = None,
         saturation: Optional[float] = None,
-        ignore: Optional[Sequence[str]] = None,
+        convention: Optional[list[str]] = None,
+        unit: Optional[Literal["degrees", "radians"]] = None,
+        azimuth_unit: Optional[Literal["degrees", "radians"]] = None,
+        ignore: Optional[list[str]] = None,
         keep_all: bool = False,
     ) -> FittedMaterial: ...
     def at(self, directions: npt.ArrayLike) -> Recipe: ...

@@ -107,8 +107,7 @@ impl ReadingArgs {
         if !self.accept_implausible {
             fit.check_plausible().with_context(|| {
                 format!(
-                    "{path}: implausible (divide percent by 100; --quantity states other quantities than the BRDF; \
-                     --accept-implausible accepts the readings nevertheless)"
+                    "{path}: implausible (--accept-implausible accepts the readings nevertheless)"
                 )
             })?;
         }

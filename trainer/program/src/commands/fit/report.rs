@@ -71,7 +71,13 @@ impl ReportEntry<'_> {
             measured.file,
             measured.quantity,
         );
-        let mut lines = vec![("read", read)];
+        let mut lines: Vec<_> = self
+            .report
+            .doubt
+            .iter()
+            .map(|doubt| ("question", doubt.to_string()))
+            .collect();
+        lines.push(("read", read));
         lines.push(("columns", describe_columns(measured)));
         if let Some(reason) = &self.off_pattern {
             let text = format!("{} fits readings at any directions: {reason}", recipe.file);

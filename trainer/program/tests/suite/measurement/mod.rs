@@ -1,5 +1,6 @@
 //! Readings from a lab: matching of rows to samples, quantities, and outliers.
 
+mod alternatives;
 mod any_directions;
 mod columns;
 mod outliers;
