@@ -37,8 +37,6 @@ pub enum Alternative {
     Convention(AngleConvention),
     /// Polar angles in this unit.
     Unit(AngleUnit),
-    /// Azimuths in this unit.
-    AzimuthUnit(AngleUnit),
     /// Numbers of this quantity.
     Quantity(Multiple),
 }
@@ -72,7 +70,7 @@ impl Alternative {
         match self {
             Self::Convention(FromMirror | Exchanged) => 0.35,
             Self::Convention(Elevation | Signed | Travel) => 0.8,
-            Self::Unit(_) | Self::AzimuthUnit(_) => 0.5,
+            Self::Unit(_) => 0.5,
             // Black materials resemble bright ones whose numbers are too small.
             Self::Quantity(other) if other.brightness() > stated.brightness() => 5.0,
             Self::Quantity(Brdf | BrdfCosI | BrdfCosO) => 1.0,
@@ -93,10 +91,6 @@ impl Alternative {
                 azimuth_unit: stated.azimuth_unit.or(Some(AngleUnit::Degrees)),
                 ..stated.clone()
             },
-            Self::AzimuthUnit(unit) => AngleArgs {
-                azimuth_unit: Some(unit),
-                ..stated.clone()
-            },
             Self::Quantity(_) => stated.clone(),
         }
     }
@@ -107,7 +101,6 @@ impl fmt::Display for Doubt {
         let (setting, value) = match self.alternative {
             Alternative::Convention(convention) => ("convention", convention.name()),
             Alternative::Unit(unit) => ("unit", unit.name()),
-            Alternative::AzimuthUnit(unit) => ("azimuth_unit", unit.name()),
             Alternative::Quantity(quantity) => ("quantity", quantity.name()),
         };
         let (state, verb) = match self.is_removed {
@@ -146,12 +139,8 @@ impl Comparison<'_> {
             Alternative::Convention(AngleConvention::FromMirror),
             Alternative::Convention(AngleConvention::Exchanged),
         ];
-        if args.unit.is_none() && args.azimuth_unit.is_none() {
-            let radians = AngleUnit::Radians;
-            alternatives.extend([
-                Alternative::Unit(radians),
-                Alternative::AzimuthUnit(radians),
-            ]);
+        if args.unit.is_none() {
+            alternatives.push(Alternative::Unit(AngleUnit::Radians));
         }
         let mut base = Multiple::Brdf;
         if let ReadingQuantity::Values(multiple, _) = self.quantity {
