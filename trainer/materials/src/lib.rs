@@ -47,4 +47,4 @@ pub use physical::{Physical, PhysicalErrors, directional_albedo};
 pub use procedural::Procedural;
 pub use sensor::quantize;
 pub use source::{MaterialsAndShares, Origin, ShareError, Source, SourceShare, Sources};
-pub use spectrum::{Illuminant, Observer, Viewing, weighted_sums};
+pub use spectrum::{COLOR_BANDS, Illuminant, Observer, Viewing, have_color, weighted_sums};

@@ -1,5 +1,7 @@
 //! Colors of spectra, by the CIE's standard observers and illuminants.
 
+use std::ops::Range;
+
 use crate::color::{FROM_XYZ, IDENTITY, product};
 use crate::interpolation::Position;
 
@@ -97,6 +99,12 @@ const OBSERVER: [[f64; 8]; 48] = [
 /// The step of integrals over wavelengths, nm.
 const STEP: f64 = 1.0;
 
+/// Blue, green and red, nm. 700 nm is red.
+const COLORS: [Range<f32>; 3] = [400.0..500.0, 500.0..600.0, 600.0..701.0];
+/// The bands that a color needs, for messages.
+pub const COLOR_BANDS: &str =
+    "bands in blue, green and red (400 to 500, 500 to 600, 600 to 700 nm)";
+
 /// The wavelengths of written spectra, nm.
 pub(crate) const WAVELENGTHS: [f32; 15] = [
     360.0, 400.0, 425.0, 450.0, 475.0, 500.0, 525.0, 550.0, 575.0, 600.0, 625.0, 650.0, 675.0,
@@ -123,6 +131,13 @@ pub(crate) const PRIMARIES: [[f32; 3]; 15] = [
     [1.0000, 0.0000, 0.0000],
 ];
 
+/// Returns true if bands at these wavelengths in nm have a color: at least one is blue, one green and one red.
+#[must_use]
+pub fn have_color(wavelengths: &[f32]) -> bool {
+    let mut colors = COLORS.iter();
+    colors.all(|color| wavelengths.iter().any(|nm| color.contains(nm)))
+}
+
 /// Returns the sum of the values of a spectrum, times the weights of each channel.
 #[must_use]
 pub fn weighted_sums(values: impl Iterator<Item = f64> + Clone, weights: &[[f64; 3]]) -> [f64; 3] {
@@ -133,7 +148,8 @@ pub fn weighted_sums(values: impl Iterator<Item = f64> + Clone, weights: &[[f64;
 }
 
 impl Viewing {
-    /// Returns the weights of the values of a spectrum in linear RGB of sRGB's primaries. A gray spectrum is gray.
+    /// Returns the weights of the values of a spectrum in linear RGB of sRGB's primaries. A gray spectrum is gray. If the
+    /// bands [have no color](have_color), each channel is their mean.
     #[must_use]
     pub fn rgb_weights(self, wavelengths: &[f32]) -> Vec<[f64; 3]> {
         self.weights(wavelengths, FROM_XYZ)
@@ -148,8 +164,8 @@ impl Viewing {
     /// Returns the weights of the values of a spectrum in three channels, with a sum of 1 each. `wavelengths` are its nodes in
     /// nm, in ascending order. The spectrum is linear between them and constant outside. `from_xyz` has a row for each channel.
     fn weights(self, wavelengths: &[f32], from_xyz: [[f64; 3]; 3]) -> Vec<[f64; 3]> {
-        if wavelengths.is_empty() {
-            return Vec::new();
+        if !have_color(wavelengths) {
+            return vec![[1.0 / wavelengths.len() as f64; 3]; wavelengths.len()];
         }
         let mut weights = vec![[0.0; 3]; wavelengths.len()];
         let last = FIRST + SPACING * (OBSERVER.len() - 1) as f64;
@@ -252,11 +268,36 @@ mod tests {
     /// If a spectrum is linear between the nodes, additional ones do not change its color.
     #[test]
     fn weights_do_not_depend_on_additional_nodes() {
-        let coarse = Viewing::default().rgb_weights(&[400.0, 700.0]);
-        let fine = Viewing::default().rgb_weights(&[400.0, 500.0, 700.0]);
+        let coarse = Viewing::default().rgb_weights(&[400.0, 550.0, 700.0]);
+        let fine = Viewing::default().rgb_weights(&[400.0, 550.0, 600.0, 700.0]);
         for channel in 0..3 {
-            let sum: f64 = fine[1][channel] / 3.0 + fine[2][channel];
-            assert!((coarse[1][channel] - sum).abs() < 1e-9);
+            let sum: f64 = fine[2][channel] / 3.0 + fine[3][channel];
+            assert!((coarse[2][channel] - sum).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn bands_without_color_have_equal_weights() {
+        for bands in [
+            &[450.0, 550.0, 650.0][..],
+            &WAVELENGTHS,
+            &[435.8, 546.1, 700.0, 905.0],
+        ] {
+            assert!(have_color(bands), "{bands:?}");
+        }
+        for bands in [
+            &[550.0][..],
+            &[905.0, 1064.0, 1550.0],
+            &[450.0, 550.0, 905.0],
+            &[500.0, 600.0],
+        ] {
+            assert!(!have_color(bands), "{bands:?}");
+            let share = [1.0 / bands.len() as f64; 3];
+            assert_eq!(
+                Viewing::default().rgb_weights(bands),
+                vec![share; bands.len()]
+            );
+        }
+        assert!(Viewing::default().rgb_weights(&[]).is_empty());
     }
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::{Lab, Material, Viewing, ciede2000, weighted_sums};
+use glimpse_materials::{Lab, Material, Viewing, ciede2000, have_color, weighted_sums};
 use serde::Serialize;
 
 use super::fit::MaterialFit;
@@ -12,10 +12,10 @@ use crate::choice::Choice;
 /// The colors of readings in bands and of their fit, in CIELAB.
 #[derive(Clone, Debug, Serialize)]
 pub struct SpectrumReport {
-    /// The name of the illuminant.
-    pub illuminant: String,
-    /// The name of the observer.
-    pub observer: String,
+    /// The name of the illuminant; None if the bands [have no color](have_color).
+    pub illuminant: Option<String>,
+    /// The name of the observer; None if the bands have no color.
+    pub observer: Option<String>,
     /// The wavelengths of the bands in nm.
     pub wavelengths: Vec<f32>,
     /// The used readings.
@@ -32,12 +32,12 @@ pub struct SpectrumReading {
     pub angles: Angles<f32>,
     /// The sensor's angle from the mirror direction, degrees; positive toward the light.
     pub aspecular: f32,
-    /// The color of the reading: L\*, a\* and b\*.
-    pub lab: [f64; 3],
+    /// The color of the reading: L\*, a\* and b\*; None if the bands have no color.
+    pub lab: Option<[f64; 3]>,
     /// The color of the fit.
-    pub fitted_lab: [f64; 3],
+    pub fitted_lab: Option<[f64; 3]>,
     /// The difference of both, CIEDE2000.
-    pub delta_e: f64,
+    pub delta_e: Option<f64>,
     /// The BRDF of the reading and of the fit in each band, sr^-1.
     #[serde(skip)]
     pub spectra: [Vec<f32>; 2],
@@ -48,6 +48,7 @@ impl SpectrumReport {
     pub(super) fn new(fit: &MaterialFit, viewing: Viewing) -> Option<Self> {
         let bands = fit.material.spectrum()?;
         let weights = viewing.xyz_weights(bands.wavelengths());
+        let viewing = have_color(bands.wavelengths()).then_some(viewing);
         let lab = |spectrum: &[f32]| {
             // The reflectance factor.
             let factors = spectrum.iter().map(|value| PI * f64::from(*value));
@@ -63,15 +64,15 @@ impl SpectrumReport {
                 sample,
                 angles: reading.angles,
                 aspecular: aspecular(&at),
-                lab: [one.l, one.a, one.b],
-                fitted_lab: [other.l, other.a, other.b],
-                delta_e: ciede2000(one, other),
+                lab: viewing.map(|_| [one.l, one.a, one.b]),
+                fitted_lab: viewing.map(|_| [other.l, other.a, other.b]),
+                delta_e: viewing.map(|_| ciede2000(one, other)),
                 spectra,
             }
         });
         Some(Self {
-            illuminant: viewing.illuminant.name(),
-            observer: viewing.observer.name(),
+            illuminant: viewing.map(|viewing| viewing.illuminant.name()),
+            observer: viewing.map(|viewing| viewing.observer.name()),
             wavelengths: bands.wavelengths().to_vec(),
             readings: readings.collect(),
         })
@@ -79,16 +80,15 @@ impl SpectrumReport {
 
     /// Returns bands.csv, with a row for each reading. It can be fitted again.
     pub(super) fn to_csv(&self) -> String {
-        let numbers = |values: &[f64]| {
-            let values = values.iter().map(|value| format!("{value:.3}"));
-            values.collect::<Vec<_>>().join(",")
-        };
         let names = |prefix: &str| -> String {
             let names = self.wavelengths.iter().map(|nm| format!(",{prefix}{nm}"));
             names.collect()
         };
+        let cell = |value: f64| format!(",{value:.3}");
+        let colors = ",L*,a*,b*,fitted_L*,fitted_a*,fitted_b*,delta_e";
+        let colors = self.illuminant.as_ref().map_or("", |_| colors);
         let mut csv = format!(
-            "theta_h,theta_d,phi_d,quantity,aspecular,L*,a*,b*,fitted_L*,fitted_a*,fitted_b*,delta_e{}{}\n",
+            "theta_h,theta_d,phi_d,quantity,aspecular{colors}{}{}\n",
             names(""),
             names("fitted_")
         );
@@ -96,13 +96,13 @@ impl SpectrumReport {
             let degrees = reading.angles.map(f32::to_degrees).to_array();
             let degrees = degrees.map(|angle| format!("{angle:.5}"));
             let spectra = reading.spectra.iter().flatten();
+            let labs = [reading.lab, reading.fitted_lab].into_iter().flatten();
+            let colors = labs.flatten().chain(reading.delta_e);
             csv += &format!(
-                "{},brdf,{:.2},{},{},{:.3}{}\n",
+                "{},brdf,{:.2}{}{}\n",
                 degrees.join(","),
                 reading.aspecular,
-                numbers(&reading.lab),
-                numbers(&reading.fitted_lab),
-                reading.delta_e,
+                colors.map(cell).collect::<String>(),
                 spectra.map(|value| format!(",{value}")).collect::<String>(),
             );
         }

@@ -180,7 +180,7 @@ fn error_names_the_defect_of_a_whole_file() {
         ),
         ("a.ssdd", &order, "PARAM0_LIST"),
         ("a_brdf.xompt", b"{}", "metadata line 1"),
-        ("a_brdf.xompt", &bands(&[4.5e-7]), "1 2"),
+        ("a_brdf.xompt", &bands(&[4.5e-7]), "1 3"),
         ("a_brdf.xompt", &bands(&[4.5e-7, 5e-7]), "5e-7 1"),
         ("a_brdf.xompt", &bands(&[4.5e-7, 4.5e-7]), "4.5e-7 1"),
     ] {

@@ -140,11 +140,11 @@ fn reads_tables_written_by_hand() {
     }
 }
 
-/// Returns a file of OpenMATERIAL with two wavelengths: 450 and 650 nm.
+/// Returns a file of OpenMATERIAL with three wavelengths: 450, 550 and 650 nm.
 pub(crate) fn open_material(rows: &[[f64; 5]]) -> String {
     let table = serde_json::json!({
         "metadata": {"name": "bluish", "license": "MIT"},
-        "brdf": {"wavelengths": [4.5e-7, 6.5e-7], "lookupTable": rows},
+        "brdf": {"wavelengths": [4.5e-7, 5.5e-7, 6.5e-7], "lookupTable": rows},
     });
     table.to_string()
 }
@@ -153,7 +153,7 @@ pub(crate) fn open_material(rows: &[[f64; 5]]) -> String {
 #[test]
 fn reads_rows_of_open_material_in_any_order() {
     let mut rows = Vec::new();
-    for (wavelength, value) in [(6.5e-7, 0.1), (4.5e-7, 0.3)] {
+    for (wavelength, value) in [(6.5e-7, 0.1), (4.5e-7, 0.3), (5.5e-7, 0.2)] {
         for [theta_i, theta_o] in (0..17 * 17).map(|index| [index / 17, index % 17]) {
             for phi in -12..=12 {
                 let [theta_i, theta_o] = [theta_i, theta_o].map(|step| f64::from(step) * 0.09);

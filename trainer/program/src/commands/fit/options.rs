@@ -9,7 +9,7 @@ use glimpse_fitting::measurement::{
     CountCalibration, LargerSpot, MaterialFit, Multiple, NamedRecipe, ReadingQuantity, ReadingRows,
     Readings, TableArgs, TableError,
 };
-use glimpse_materials::{Illuminant, Observer, Viewing};
+use glimpse_materials::{COLOR_BANDS, Illuminant, Observer, Viewing, have_color};
 
 use super::super::numbers::{channels, finite, number, reflectances};
 
@@ -136,12 +136,12 @@ impl ViewingArgs {
     /// Returns the viewing of colors.
     ///
     /// # Errors
-    /// If an option was given, but the rows have no bands.
+    /// If an option was given, but the rows have no bands, or bands without color.
     pub(super) fn viewing(&self, rows: &ReadingRows) -> anyhow::Result<Viewing> {
         let is_given = self.illuminant.is_some() || self.observer.is_some();
         ensure!(
-            !is_given || !rows.wavelengths.is_empty(),
-            "{}: --illuminant and --observer have no effect on readings in RGB: remove them",
+            !is_given || have_color(&rows.wavelengths),
+            "{}: --illuminant and --observer have no effect without {COLOR_BANDS}: remove them",
             rows.path.display()
         );
         Ok(Viewing {

@@ -15,19 +15,20 @@ use crate::report::{Axis, Lobe, Plot, Scale, Series, lobe_directions, lobe_svg};
 /// The largest number of readings in the plot of spectra, each with a color of its own.
 const MAX_PLOTTED: usize = 7;
 
-/// Returns sphere.png, lobe.svg and, with bands, bands.svg.
+/// Returns lobe.svg, with bands bands.svg, and unless they have no color sphere.png.
 pub(super) fn pictures(
     fit: &MaterialFit,
     report: &FitReport,
     folder: &Path,
 ) -> anyhow::Result<MaterialFiles> {
-    let sphere = render_sphere(&fit.material as &dyn Material, SPHERE_SIZE);
-    let mut files = vec![
-        (folder.join("sphere.png"), sphere.tone_map().to_png()?),
-        (folder.join("lobe.svg"), lobes(fit).into_bytes()),
-    ];
-    if let Some(spectrum) = &report.spectrum {
+    let mut files = vec![(folder.join("lobe.svg"), lobes(fit).into_bytes())];
+    let spectrum = report.spectrum.as_ref();
+    if let Some(spectrum) = spectrum {
         files.push((folder.join("bands.svg"), spectra(spectrum).into_bytes()));
+    }
+    if spectrum.is_none_or(|spectrum| spectrum.illuminant.is_some()) {
+        let sphere = render_sphere(&fit.material as &dyn Material, SPHERE_SIZE);
+        files.push((folder.join("sphere.png"), sphere.tone_map().to_png()?));
     }
     Ok(files)
 }

@@ -2,8 +2,10 @@
 
 use glimpse_fitting::choice::Choice;
 use glimpse_fitting::measurement::{
-    ColumnSummary, FitReport, GlossGap, InputSummary, NoiseSummary, Role, SpectrumReport,
+    ColumnSummary, FitReport, GlossGap, InputSummary, NoiseSummary, Role, SpectrumReading,
+    SpectrumReport,
 };
+use glimpse_materials::COLOR_BANDS;
 use serde::Serialize;
 
 use super::super::expected_loss::with_scale;
@@ -228,22 +230,30 @@ fn describe_columns(measured: &InputSummary) -> String {
 }
 
 fn describe_spectrum(report: &SpectrumReport) -> String {
-    let differences = report.readings.iter().map(|reading| reading.delta_e);
-    let mean = differences.sum::<f64>() / report.readings.len().max(1) as f64;
-    let worst = report.readings.iter();
-    let worst = worst.max_by(|one, other| one.delta_e.total_cmp(&other.delta_e));
-    let worst = worst.map_or(String::new(), |worst| {
-        format!(
-            ", largest {:.2} at sample {} ({:.0} degrees from the mirror direction)",
-            worst.delta_e, worst.sample, worst.aspecular
-        )
-    });
-    format!(
-        "{} bands, {} to {} nm; color error (CIEDE2000, {}, {} degrees) mean {mean:.2}{worst}",
+    let bands = format!(
+        "{} bands, {} to {} nm",
         report.wavelengths.len(),
         report.wavelengths.first().unwrap_or(&0.0),
         report.wavelengths.last().unwrap_or(&0.0),
-        report.illuminant.to_uppercase(),
-        report.observer,
+    );
+    let (Some(illuminant), Some(observer)) = (&report.illuminant, &report.observer) else {
+        return format!("{bands}; no colors and no sphere.png, which need {COLOR_BANDS}");
+    };
+    let delta_e = |reading: &SpectrumReading| reading.delta_e.unwrap_or(0.0);
+    let sum: f64 = report.readings.iter().map(delta_e).sum();
+    let mean = sum / report.readings.len().max(1) as f64;
+    let worst = report.readings.iter();
+    let worst = worst.max_by(|one, other| delta_e(one).total_cmp(&delta_e(other)));
+    let worst = worst.map_or(String::new(), |worst| {
+        format!(
+            ", largest {:.2} at sample {} ({:.0} degrees from the mirror direction)",
+            delta_e(worst),
+            worst.sample,
+            worst.aspecular
+        )
+    });
+    format!(
+        "{bands}; color error (CIEDE2000, {}, {observer} degrees) mean {mean:.2}{worst}",
+        illuminant.to_uppercase(),
     )
 }

@@ -149,3 +149,20 @@ fn damaged_bands_are_refused() {
     folder.fail("fit --measurements rgb.csv --illuminant a --out colors");
     folder.fail("fit --measurements rgb.csv --white-reflectance 0.5 --out relative");
 }
+
+#[test]
+fn invisible_bands_have_no_color() {
+    let folder = Folder::new();
+    let readings = "theta_i,theta_o,905nm,1550nm\n45,45,0.3,0.5\n45,0,0.1,0.3\n";
+    folder.write("nir.csv", readings);
+    let fit = "fit --measurements nir.csv --format rgl-spectral --out nir";
+    let spectrum = &folder.succeed_as_json(fit)[0]["spectrum"];
+    assert!(spectrum["illuminant"].is_null() && spectrum["readings"][0]["delta_e"].is_null());
+    let names = "theta_h,theta_d,phi_d,quantity,aspecular,905,1550,fitted_905,fitted_1550\n";
+    assert!(folder.read_text("nir/bands.csv").starts_with(names));
+    assert!(folder.at("nir/bands.svg").exists() && !folder.at("nir/sphere.png").exists());
+    // The channels are the mean of the bands.
+    let channels = folder.read_text("nir/readings.csv");
+    assert!(channels.contains(",0.4,0.4,0.4,brdf"), "{channels}");
+    folder.fail("fit --measurements nir.csv --observer 10 --out colors");
+}
