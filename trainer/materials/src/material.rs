@@ -3,7 +3,7 @@
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::NeuralParameters;
 
-use crate::{Bands, Brdf, BrdfWithDerivative, Coverage, SourceError};
+use crate::{Bands, Brdf, BrdfWithDerivative, Coverage, Omission, SourceError, have_color};
 
 /// A material: a named [`Brdf`] with derivatives. It is defined for all directions unless [`Material::coverage`] states unknown
 /// ones.
@@ -38,9 +38,26 @@ pub trait Material: Brdf + Send {
     fn spectrum(&self) -> Option<&Bands> {
         None
     }
+
+    /// Returns what the material lacks of its file: by default, the color of bands without one.
+    fn omissions(&self) -> Vec<Omission> {
+        let bands = self.spectrum();
+        let invisible = bands.filter(|bands| !have_color(bands.wavelengths()));
+        invisible.map(|_| Omission::Color).into_iter().collect()
+    }
 }
 
 impl dyn Material + '_ {
+    /// Returns sentences about unmeasured directions and [omissions](Material::omissions).
+    #[must_use]
+    pub fn remarks(&self) -> Vec<String> {
+        let coverage = Some(self.coverage()).filter(|coverage| *coverage != Coverage::Complete);
+        let coverage = coverage.iter().map(Coverage::to_string);
+        let omissions = self.omissions();
+        let omissions = omissions.iter().map(Omission::to_string);
+        coverage.chain(omissions).collect()
+    }
+
     /// Refuses a material whose BRDF is unknown at some directions.
     ///
     /// # Errors

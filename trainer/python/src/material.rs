@@ -10,8 +10,8 @@ use glimpse_evaluation::conversion::{OutputFormat, encode, file_name, output_pat
 use glimpse_evaluation::render::render_sphere;
 use glimpse_fitting::measurement::angles_from_vectors;
 use glimpse_materials::{
-    self, Brdf, BrdfWithDerivative, Coverage, Format, Material, MerlTable, PhysicalErrors, Source,
-    digest, directional_albedo, table_nodes,
+    self, Brdf, BrdfWithDerivative, Format, Material, MerlTable, PhysicalErrors, Source, digest,
+    directional_albedo, table_nodes,
 };
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
@@ -52,12 +52,12 @@ pub(crate) enum Origin {
 }
 
 impl PyMaterial {
-    /// Reads the materials of a source, and warns of unmeasured directions.
+    /// Reads the materials of a source, and warns of unmeasured directions and unread parts of files.
     fn read_all(py: Python<'_>, source: &Source) -> Result<Vec<Self>> {
         let read = || -> Result<_> { Ok((source.load_measured()?, source.paths()?)) };
         let (materials, paths) = run_detached(py, read)??;
         for material in &materials {
-            warn_of_coverage(py, &**material)?;
+            warn_of_gaps(py, &**material)?;
         }
         let origin = |index: usize| match paths.get(index) {
             None => Some((source.0.clone(), index)),
@@ -338,7 +338,7 @@ pub(crate) fn table_directions(py: Python<'_>) -> Result<Array<f64>> {
 /// Returns a material with the given BRDF at the nodes of a table.
 fn material_of_nodes(py: Python<'_>, name: String, brdf: Vec<[f32; 3]>) -> Result<PyMaterial> {
     let table = run_detached(py, || MerlTable::from_nodes(name, &brdf))??;
-    warn_of_coverage(py, &table)?;
+    warn_of_gaps(py, &table)?;
     let table = Arc::new(table);
     Ok(PyMaterial {
         material: table.clone(),
@@ -346,13 +346,10 @@ fn material_of_nodes(py: Python<'_>, name: String, brdf: Vec<[f32; 3]>) -> Resul
     })
 }
 
-/// Warns if a material was not measured at all directions.
-pub(crate) fn warn_of_coverage(py: Python<'_>, material: &dyn Material) -> Result<()> {
-    let coverage = material.coverage();
-    if coverage == Coverage::Complete {
-        return Ok(());
-    }
-    warn(py, format!("{}: {coverage}", material.name()))
+/// Warns of unmeasured directions, and of parts of a file that are not read.
+pub(crate) fn warn_of_gaps(py: Python<'_>, material: &dyn Material) -> Result<()> {
+    let mut remarks = material.remarks().into_iter();
+    remarks.try_for_each(|remark| warn(py, format!("{}: {remark}", material.name())))
 }
 
 /// A material that is shared with Python, for trainings and evaluations: they read neither network nor spectrum, and its BRDF

@@ -7,7 +7,7 @@ use glimpse_materials::{Material, MaterialsAndShares, Source, Sources};
 use pyo3::prelude::*;
 
 use crate::error::{Result, reject};
-use crate::material::{PyMaterial, Shared, parse_source, warn_of_coverage};
+use crate::material::{PyMaterial, Shared, parse_source, warn_of_gaps};
 
 /// An argument `materials`, parsed but not read.
 pub(crate) struct MaterialArgs {
@@ -66,7 +66,7 @@ impl MaterialArgs {
             let materials = source.load()?;
             Python::attach(|py| {
                 let mut all = materials.iter();
-                all.try_for_each(|material| warn_of_coverage(py, &**material))
+                all.try_for_each(|material| warn_of_gaps(py, &**material))
             })?;
             Ok(materials)
         });

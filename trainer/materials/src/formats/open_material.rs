@@ -11,14 +11,16 @@ use serde::{Deserialize, Serialize};
 use super::pab::{Incidence, PabSet, THETA_I, outgoing_angles, pair};
 use crate::color::product;
 use crate::error::{Defect, ensure, read_error};
-use crate::spectrum::{PRIMARIES, Viewing, WAVELENGTHS, weighted_sums};
+use crate::spectrum::{PRIMARIES, Viewing, WAVELENGTHS, have_color, weighted_sums};
 use crate::untrusted::{escaped_json_error, read_at_most};
-use crate::{Material, NotFinite, SourceError, Tabulation};
+use crate::{Material, NotFinite, Omission, SourceError, Tabulation};
 
 /// The largest length of a file in bytes.
 const MAX_BYTES: u64 = 1 << 29;
 /// Nanometers per meter.
 const NM: f64 = 1e9;
+/// The largest theta in radians, that of transmitted light, with a rounding error.
+const MAX_THETA: f64 = std::f64::consts::PI + 1e-5;
 /// The relative difference below which a row's wavelength is a listed one.
 const WAVELENGTH_TOLERANCE: f64 = 1e-6;
 
@@ -125,22 +127,27 @@ pub(super) fn read_open_material(path: &Path) -> Result<Box<dyn Material>, Sourc
             escaped_json_error(&error)
         ))
     })?;
-    let incidences = incidences(&file.brdf).map_err(Defect::in_file::<Defect>(path))?;
+    let wavelengths = file.brdf.wavelengths.iter();
+    let nm: Vec<f32> = wavelengths.map(|meters| (meters * NM) as f32).collect();
+    let incidences = incidences(&file.brdf, &nm).map_err(Defect::in_file::<Defect>(path))?;
     let incidences = incidences
         .into_iter()
         .map(|incidence| (path.to_owned(), incidence));
     let set = PabSet::new(file.metadata.name, incidences.collect());
+    let mut set = set.map_err(Defect::in_file(path))?;
+    set.omissions
+        .extend((!have_color(&nm)).then_some(Omission::Color));
     set.resampled(path)
 }
 
-fn incidences(table: &Table) -> Result<Vec<Incidence>, Defect> {
-    let wavelengths = table.wavelengths.iter();
-    let wavelengths: Vec<f32> = wavelengths.map(|meters| (meters * NM) as f32).collect();
+/// Returns the values of a table. `nm` has its wavelengths in nm.
+fn incidences(table: &Table, nm: &[f32]) -> Result<Vec<Incidence>, Defect> {
+    let [first, last] = [nm.first(), nm.last()].map(|nm| *nm.unwrap_or(&f32::NAN));
     ensure!(
-        !wavelengths.is_empty() && wavelengths.is_sorted_by(|one, other| one < other),
-        "its wavelengths are not in ascending order"
+        first >= 1.0 && last <= 17.16e6 && nm.is_sorted_by(|one, other| one < other),
+        "its wavelengths are {first} to {last} nm, and must ascend from 1 nm or more to at most 17.16 mm, in m"
     );
-    let weights = Viewing::default().rgb_weights(&wavelengths);
+    let weights = Viewing::default().rgb_weights(nm);
     // By theta_i, and by theta_o and phi_o, in degrees. Positive floats have the order of their bits.
     let mut spectra: BTreeMap<u64, BTreeMap<[u64; 2], Vec<f64>>> = BTreeMap::new();
     for (index, row) in table.lookup_table.iter().enumerate() {
@@ -154,15 +161,14 @@ fn incidences(table: &Table) -> Result<Vec<Incidence>, Defect> {
         else {
             continue;
         };
+        let theta = theta_i.max(theta_o).max(0.5 * phi.abs());
+        ensure!(
+            theta_i.min(theta_o) >= 0.0 && theta <= MAX_THETA,
+            "row {index} of its lookupTable has theta_i {theta_i}, theta_o {theta_o} and phi_o {phi}, which must be radians: \
+             0 to pi/2, 0 to pi/2 and 0 to 2 pi"
+        );
         // Adding 0 replaces -0.
         let [theta_i, theta_o, phi] = [theta_i, theta_o, phi].map(|angle| angle.to_degrees() + 0.0);
-        if ![theta_i, theta_o]
-            .iter()
-            .all(|theta| (0.0..90.0).contains(theta))
-        {
-            // Transmitted light.
-            continue;
-        }
         let is_listed = |listed: &f64| (listed - wavelength).abs() <= WAVELENGTH_TOLERANCE * listed;
         let band = table.wavelengths.iter().position(is_listed);
         let slice = spectra.entry(theta_i.to_bits()).or_default();

@@ -12,9 +12,9 @@ use rayon::prelude::*;
 use crate::color::{FROM_XYZ, IDENTITY};
 use crate::error::{Defect, ensure, read_text};
 use crate::interpolation::corners;
-use crate::spectrum::{Viewing, weighted_sums};
+use crate::spectrum::{Viewing, have_color, weighted_sums};
 use crate::untrusted::escaped;
-use crate::{MerlTable, NotFinite, SourceError, Tabulation, table_nodes};
+use crate::{MerlTable, NotFinite, Omission, SourceError, Tabulation, table_nodes};
 
 /// The start of a file.
 const SIGNATURE: &str = "VERSION ";
@@ -126,11 +126,24 @@ pub(crate) fn read(path: &Path, name: String) -> Result<MerlTable, SourceError> 
 
 fn parse(name: String, text: &str) -> Result<MerlTable, Defect> {
     let lines = text.lines().map(str::trim);
-    let mut lines = lines.filter(|line| !line.is_empty() && !line.starts_with("# "));
-    let metadata: Vec<&str> = lines
-        .by_ref()
-        .take_while(|line| *line != "DATA ascii")
-        .collect();
+    let lines = lines.filter(|line| !line.is_empty() && !line.starts_with("# "));
+    let lines: Vec<&str> = lines.collect();
+    let (mut brdf, mut omissions) = (None, Vec::new());
+    let blocks = lines.chunk_by(|_, next| !next.starts_with("DATA_TYPE "));
+    // The header precedes them.
+    for block in blocks.skip(1) {
+        match block[0]["DATA_TYPE ".len()..].trim_start() {
+            "brdf" if brdf.is_none() => brdf = Some(block),
+            "btdf" => omissions.push(Omission::Transmission),
+            "specular_reflectance" => omissions.push(Omission::SpecularReflectance),
+            "specular_transmittance" => omissions.push(Omission::SpecularTransmittance),
+            _ => return Err(format!("its {} is unknown or repeats", escaped(block[0])).into()),
+        }
+    }
+    let defect = format!("it has no DATA_TYPE brdf, only {omissions:?}");
+    let block = brdf.ok_or(Defect::new(defect, "give a file of a BRDF"))?;
+    let end = block.iter().position(|line| *line == "DATA ascii");
+    let (metadata, rows) = block.split_at(end.map_or(block.len(), |end| end + 1));
     let value = |key: &str| {
         let values = metadata
             .iter()
@@ -138,7 +151,6 @@ fn parse(name: String, text: &str) -> Result<MerlTable, Defect> {
         values.map(str::trim).next().unwrap_or_default()
     };
     for (key, supported) in [
-        ("DATA_TYPE", "brdf"),
         ("PARAM_TYPE", "half_difference_coordinate_system"),
         ("PARAM1_LIST", ""),
     ] {
@@ -156,16 +168,21 @@ fn parse(name: String, text: &str) -> Result<MerlTable, Defect> {
         let valid = numbers.filter(is_finite);
         Ok(valid.ok_or_else(|| format!("`{}` are not numbers", escaped(line)))?)
     };
-    let axis = |key: &str| -> Result<Vec<f32>, Defect> {
+    // In another unit, the last value is below `least`. A list may be a single 0.
+    let axis = |key: &str, least: f32, most: f32, unit: &str| -> Result<Vec<f32>, Defect> {
         let axis = numbers(value(key))?;
-        let is_valid = !axis.is_empty() && axis.is_sorted_by(|one, other| one < other);
-        ensure!(is_valid, "its {key} is not in ascending order");
+        let [first, last] = [axis.first(), axis.last()].map(|end| *end.unwrap_or(&f32::NAN));
+        let is_valid = axis.is_sorted_by(|one, other| one < other) && first >= 0.0;
+        ensure!(
+            is_valid && (last == 0.0 || last >= least) && last <= most + 0.01,
+            "its {key} is {first} to {last}, and must ascend from 0 or more to between {least} and {most} {unit}"
+        );
         Ok(axis)
     };
     let axes = [
-        axis("PARAM0_LIST")?,
-        axis("PARAM2_LIST")?,
-        axis("PARAM3_LIST")?,
+        axis("PARAM0_LIST", 2.0, 90.0, "degrees")?,
+        axis("PARAM2_LIST", 2.0, 90.0, "degrees")?,
+        axis("PARAM3_LIST", 7.0, 360.0, "degrees")?,
     ];
     let weights = match value("COLOR_MODEL") {
         "monochrome" => vec![[1.0; 3]],
@@ -173,12 +190,16 @@ fn parse(name: String, text: &str) -> Result<MerlTable, Defect> {
         "xyz" => [0, 1, 2]
             .map(|column| FROM_XYZ.map(|row| row[column]))
             .to_vec(),
-        "spectrum" => Viewing::default().rgb_weights(&axis("WAVELENGTH_LIST")?),
+        "spectrum" => {
+            let wavelengths = axis("WAVELENGTH_LIST", 10.0, 1e6, "nm")?;
+            omissions.extend((!have_color(&wavelengths)).then_some(Omission::Color));
+            Viewing::default().rgb_weights(&wavelengths)
+        }
         other => return Err(format!("its COLOR_MODEL is `{}`", escaped(other)).into()),
     };
     let count: usize = axes.iter().map(Vec::len).product();
     let mut values: Vec<[f32; 3]> = Vec::new();
-    for line in lines.by_ref().take(count) {
+    for line in rows {
         let colors = numbers(line)?;
         ensure!(
             colors.len() == weights.len(),
@@ -212,7 +233,9 @@ fn parse(name: String, text: &str) -> Result<MerlTable, Defect> {
         interpolate(&axes, &values, angles).map(|value| value.max(0.0))
     };
     let nodes: Vec<[f32; 3]> = table_nodes().iter().map(at).collect();
-    MerlTable::from_nodes(name, &nodes)
+    let mut table = MerlTable::from_nodes(name, &nodes)?;
+    table.omissions = omissions;
+    Ok(table)
 }
 
 /// Interpolates linearly between nodes, and takes the nearest ones outside of them.

@@ -107,7 +107,8 @@ fn error_names_the_replaced_text() {
         (text, "#format: theta phi BRDF\n", "", "#format"),
         (text, "#intheta 30\n", "", "#intheta"),
         (text, "#intheta 30", "#intheta inf", "intheta inf"),
-        (text, "#intheta 30", "#intheta 120", "intheta 120"),
+        (text, "#intheta 30", "#intheta -30", "intheta -30"),
+        (text, "10 90", "10 900", "10 900"),
         (text, "#inphi 0\n", "", "#inphi"),
         (text, "#values 3", "#values 4", "3 #values 4"),
         (text, "intheta 30\n#v", "intheta 30 60\n#v", "intheta 60"),
@@ -148,7 +149,8 @@ fn error_names_the_defect_of_a_whole_file() {
     let mut not_a_number = bytes_of("felt_b2.npy");
     not_a_number[128 + 4 * 4..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
     let no_values = &PAB[..PAB.len() - 58];
-    let transmitted = [no_values, "99 0 1 1 1\n"].concat();
+    let transmitted = no_values.to_owned() + &"99 0 1 1 1\n".repeat(3);
+    let turned = PAB.replace("\n10 ", "\n1 ").replace("90", "1.6");
     let ssdd = |rows: &str| (SSDD.to_owned() + rows).into_bytes();
     let bands = |wavelengths: &[f64]| {
         let rows = wavelengths
@@ -157,6 +159,10 @@ fn error_names_the_defect_of_a_whole_file() {
         open_material(&rows.collect::<Vec<_>>()).into_bytes()
     };
     let order = replaced(&ssdd(""), "PARAM0_LIST 0 90", "PARAM0_LIST 90 0");
+    let radians = replaced(&ssdd(""), "PARAM2_LIST 0 90", "PARAM2_LIST 0 1.5708");
+    let twice = replaced(&ssdd(""), "brdf", "brdf\nDATA_TYPE brdf");
+    let degrees = open_material(&[[4.5e-7, 0.0, 45.0, 180.0, 1.0]]).into_bytes();
+    let nm = replaced(&degrees, "[4.5e-7,5.5e-7", "[450,550");
     for (name, bytes, words) in [
         ("a.bsdf", &b"SCATFUN\x01\0\0\0\0"[..], "SCATFUN\\x01"),
         ("a.bsdf", b"GGX roughness=0.3\n", "roughness=0.3\\n"),
@@ -168,18 +174,23 @@ fn error_names_the_defect_of_a_whole_file() {
         // A header of 4 GiB, and 2^40 values. Neither is allocated.
         ("felt_b2.npy", b"\x93NUMPY\x02\x00\xff\xff\xff\xff{", ""),
         ("felt_b2.npy", &header("(1099511627776,)}"), ""),
-        ("felt.txt", no_values.as_bytes(), "horizon"),
-        ("felt.txt", transmitted.as_bytes(), "horizon"),
+        ("felt.txt", no_values.as_bytes(), "lines"),
+        ("felt.txt", transmitted.as_bytes(), "transmission"),
+        ("felt.txt", turned.as_bytes(), "degrees"),
         ("a.ssdd", &ssdd("0 0 0\n"), "1 8"),
         ("a.ssdd", &ssdd(&"0 0 0 0\n".repeat(8)), "4 3"),
         ("a.ssdd", &ssdd(&"0 x 0\n".repeat(8)), "0 x 0"),
         (
             "a.ssdd",
             &replaced(&ssdd(""), "brdf", "btdf"),
-            "DATA_TYPE btdf",
+            "DATA_TYPE Transmission",
         ),
         ("a.ssdd", &order, "PARAM0_LIST"),
+        ("a.ssdd", &radians, "PARAM2_LIST 1.5708 degrees"),
+        ("a.ssdd", &twice, "DATA_TYPE brdf"),
         ("a_brdf.xompt", b"{}", "metadata line 1"),
+        ("a_brdf.xompt", &degrees, "0 theta_o 45 180 radians"),
+        ("a_brdf.xompt", &nm, "wavelengths m"),
         ("a_brdf.xompt", &bands(&[4.5e-7]), "1 3"),
         ("a_brdf.xompt", &bands(&[4.5e-7, 5e-7]), "5e-7 1"),
         ("a_brdf.xompt", &bands(&[4.5e-7, 4.5e-7]), "4.5e-7 1"),

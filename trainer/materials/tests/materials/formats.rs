@@ -5,7 +5,7 @@ use std::fs;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{Brdf, Format, Material, Procedural, Tabulation, to_merl};
+use glimpse_materials::{Brdf, Format, Material, Omission, Procedural, Tabulation, to_merl};
 
 use crate::folder::{Folder, load};
 use crate::rgl::{self, isotropic};
@@ -113,13 +113,16 @@ fn reads_tables_written_by_hand() {
     );
     let blue = &load(&folder.at("blue.ssdd")).expect("the file is read")[0];
     let mono = SSDD.replace("rgb", "spectrum\nWAVELENGTH_LIST 400 700");
-    // The BRDF grows with theta_h, and with phi_d up to a quarter turn.
+    // The BRDF grows with theta_h, and with phi_d up to a quarter turn. Another block precedes it.
+    let other = "DATA_TYPE specular_reflectance\nDATA ascii\n1\n\nDATA_TYPE brdf";
     folder.write(
         "bands.ssdd",
-        mono + "0 0\n1 1\n0 0\n1 1\n2 2\n3 3\n2 2\n3 3\n",
+        mono.replace("DATA_TYPE brdf", other) + "0 0\n1 1\n0 0\n1 1\n2 2\n3 3\n2 2\n3 3\n",
     );
     let bands = &load(&folder.at("bands.ssdd")).expect("the file is read")[0];
     assert_eq!([blue.name(), bands.name()], ["blue", "bands"]);
+    let omissions = vec![Omission::SpecularReflectance, Omission::Color];
+    assert_eq!([blue.omissions(), bands.omissions()], [vec![], omissions]);
     for (theta_h, phi_d) in [(0.1, 0.3), (0.7, 1.4), (0.4, 3.0)] {
         let at = angles([theta_h, 0.3, phi_d]);
         let expected = [0.0, 0.052_427_5, 0.159_779];
@@ -154,6 +157,7 @@ pub(crate) fn open_material(rows: &[[f64; 5]]) -> String {
 fn reads_rows_of_open_material_in_any_order() {
     let mut rows = Vec::new();
     for (wavelength, value) in [(6.5e-7, 0.1), (4.5e-7, 0.3), (5.5e-7, 0.2)] {
+        rows.push([wavelength, 0.0, 1.6, 0.0, 9.0]);
         for [theta_i, theta_o] in (0..17 * 17).map(|index| [index / 17, index % 17]) {
             for phi in -12..=12 {
                 let [theta_i, theta_o] = [theta_i, theta_o].map(|step| f64::from(step) * 0.09);
@@ -163,12 +167,13 @@ fn reads_rows_of_open_material_in_any_order() {
         }
     }
     let folder = Folder::new();
-    let unknown = "[null,0,0,0,null],[4.5e-7,0,1.6,0,9]";
+    let unknown = "[null,0,0,0,null]";
     let text =
         open_material(&rows).replace("\"lookupTable\":[", &format!("\"lookupTable\":[{unknown},"));
     let path = folder.write("file_brdf.xompt", text);
     let material = &load(&path).expect("the file is read")[0];
     assert_eq!(material.name(), "bluish");
+    assert_eq!(material.omissions(), [Omission::Transmission]);
     let [red, _, blue] = material.at_angles(angles([0.2, 0.5, 1.0]));
     assert!(red > 0.05 && blue > 1.5 * red && blue < 0.6, "{red} {blue}");
 }

@@ -297,10 +297,7 @@ pub(crate) fn damaged() -> Vec<(Vec<u8>, String)> {
         (changed("sigma", |f| f.name = "rgb"), "rgb"),
         (valid_file(&spectral(&[400.0, 700.0])), "2 spectra"),
         (valid_file(&spectral(&[700.0, 550.0])), "wavelengths"),
-        (
-            valid_file(&spectral(&[0.4, 0.5, 0.7])),
-            "wavelengths 0.4 nm",
-        ),
+        (valid_file(&spectral(&[0.4, 0.5, 0.7])), "0.4 nm"),
         (valid_file(&not_finite), "spectra"),
         (valid_file(&empty), "spectra"),
         (valid_file(&[matrix, wavelengths]), "polarized M"),

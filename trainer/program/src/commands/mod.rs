@@ -34,7 +34,7 @@ use std::path::Path;
 use anyhow::{Context, bail, ensure};
 use glimpse_fitting::measurement::NamedRecipe;
 use glimpse_fitting::recipe::RecipeFile;
-use glimpse_materials::{Coverage, Material, MaterialsAndShares, Source, Sources};
+use glimpse_materials::{Material, MaterialsAndShares, Source, Sources};
 use serde::Serialize;
 
 /// The default recipe of readings at any directions.
@@ -80,7 +80,7 @@ pub(crate) fn load(source: &Source) -> anyhow::Result<Vec<Box<dyn Material>>> {
 }
 
 /// Loads the materials of a source, whose BRDFs are NaN at unknown directions. Reports their number, unmeasured directions,
-/// and skipped entries of a directory, on stderr.
+/// unread parts of files, and skipped entries of a directory, on stderr.
 pub(crate) fn load_measured(source: &Source) -> anyhow::Result<Vec<Box<dyn Material>>> {
     // Before loading, which fails if all entries are skipped.
     if let Some(skipped) = source
@@ -100,9 +100,8 @@ pub(crate) fn load_measured(source: &Source) -> anyhow::Result<Vec<Box<dyn Mater
         more => eprintln!("{} materials from {source}", more.len()),
     }
     for material in &materials {
-        match material.coverage() {
-            Coverage::Complete => {}
-            coverage => eprintln!("{}: {coverage}", material.name()),
+        for remark in material.remarks() {
+            eprintln!("{}: {remark}", material.name());
         }
     }
     Ok(materials)

@@ -28,7 +28,7 @@ use self::table::{
 use crate::basis::split_duals;
 use crate::error::{Defect, map_file};
 use crate::interpolation::corners;
-use crate::{Brdf, BrdfWithDerivative, Coverage, Material, NotFinite, SourceError};
+use crate::{Brdf, BrdfWithDerivative, Coverage, Material, NotFinite, Omission, SourceError};
 
 /// Scale factors from stored values to the BRDF, in red, green and blue.
 const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
@@ -45,6 +45,7 @@ pub struct MerlTable {
     bytes: Mmap,
     /// The share of nodes above the horizon that were not measured.
     filled: f64,
+    pub(super) omissions: Vec<Omission>,
 }
 
 impl MerlTable {
@@ -91,6 +92,7 @@ impl MerlTable {
             name,
             bytes,
             filled,
+            omissions: Vec::new(),
         })
     }
 
@@ -141,6 +143,10 @@ impl Material for MerlTable {
             0.0 => Coverage::Complete,
             share => Coverage::Filled { share },
         }
+    }
+
+    fn omissions(&self) -> Vec<Omission> {
+        self.omissions.clone()
     }
 }
 

@@ -1,5 +1,6 @@
 //! One PAB-Opto file: a header, and values by outgoing direction. The files of a set are found by their names and headers.
 
+use std::f64::consts::FRAC_PI_2;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -107,25 +108,27 @@ impl Incidence {
             None => (required("#intheta")?, required("#inphi")?),
         };
         let [theta_i, phi_i] = [number("intheta", theta_i)?, number("inphi", phi_i.trim())?];
-        ensure!(
-            (0.0..90.0).contains(&theta_i),
-            "its intheta is {theta_i}, and must be at least 0 and below 90 degrees"
-        );
+        check_direction(theta_i, phi_i).map_err(|defect| format!("#intheta: {defect}"))?;
         let mut values = Vec::new();
-        let mut value_lines = 0;
         let header = text.lines().take_while(|line| line.starts_with('#'));
         let lines = text.lines().enumerate().skip(header.count());
         for (index, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
             let value = parse_value(line, value_count, times_cosine)
                 .map_err(|defect| format!("line {}: {defect}", index + 1))?;
-            values.extend(value);
-            value_lines += 1;
+            values.push(value);
         }
-        ensure!(!values.is_empty(), "it has no value above the horizon");
+        let mut all = values.iter();
+        let is_in_radians = all.all(|([theta, phi], _)| theta.max(0.25 * phi.abs()) <= FRAC_PI_2);
+        ensure!(
+            values.len() < 2 || !is_in_radians,
+            "all its theta are at most pi/2 and its phi at most 2 pi, and they must be degrees"
+        );
+        ensure!(!values.is_empty(), "it has no lines of values");
         let stated = header_value(text, VALUE_COUNT);
         ensure!(
-            stated.is_none_or(|stated| stated == value_lines.to_string()),
-            "it has {value_lines} lines of values, and its {VALUE_COUNT} is {}",
+            stated.is_none_or(|stated| stated == values.len().to_string()),
+            "it has {} lines of values, and its {VALUE_COUNT} is {}",
+            values.len(),
             escaped(stated.unwrap_or_default())
         );
         let set_theta_i = header_value(text, SET_THETA_I).unwrap_or_default();
@@ -146,12 +149,21 @@ fn number(name: &str, word: &str) -> Result<f64, String> {
     number.ok_or_else(|| format!("{name} is `{}`, and must be a finite number", escaped(word)))
 }
 
-/// Parses the angles and the BRDF of a line, one value or three. Returns None for transmitted light.
+/// Refuses angles in degrees out of range.
+fn check_direction(theta: f64, phi: f64) -> Result<(), String> {
+    ensure!(
+        (0.0..=180.0).contains(&theta) && phi.abs() <= 360.0,
+        "theta {theta} and phi {phi} must be 0 to 180 and -360 to 360 degrees"
+    );
+    Ok(())
+}
+
+/// Parses the angles and the BRDF of a line, one value or three.
 fn parse_value(
     line: &str,
     value_count: usize,
     times_cosine: bool,
-) -> Result<Option<OutgoingValue>, String> {
+) -> Result<OutgoingValue, String> {
     let words = line.split_whitespace();
     let numbers = words.map(|word| number("a value", word));
     let numbers: Vec<f64> = numbers.collect::<Result<_, _>>()?;
@@ -161,9 +173,7 @@ fn parse_value(
         _ => return Err(format!("it must have theta, phi and {value_count} values")),
     };
     let [theta, phi] = [numbers[0], numbers[1]];
-    if !(0.0..90.0).contains(&theta) {
-        return Ok(None);
-    }
+    check_direction(theta, phi)?;
     let cosine = if times_cosine {
         theta.to_radians().cos()
     } else {
@@ -171,7 +181,7 @@ fn parse_value(
     };
     // Colors outside the RGB gamut have negative components, which are set to 0.
     let brdf = brdf.map(|value| (value / cosine).clamp(0.0, f64::from(f32::MAX)) as f32);
-    Ok(Some(([theta, phi], brdf)))
+    Ok(([theta, phi], brdf))
 }
 
 /// The number of bytes that are read from each file in the directory, to get its header.

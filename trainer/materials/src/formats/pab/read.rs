@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 
-use super::file::{Incidence, SET_THETA_I, files_of, sample_name_of};
+use super::file::{Incidence, OutgoingValue, SET_THETA_I, files_of, sample_name_of};
 use super::{ANGLE_TOLERANCE, direction};
 use crate::error::{Defect, read_text};
 use crate::formats::rgl::{RglMeasurement, to_rgl};
 use crate::loss::coarse_directions;
 use crate::untrusted::escaped;
-use crate::{Brdf, Coverage, Material, SourceError, Tabulation};
+use crate::{Brdf, Coverage, Material, Omission, SourceError, Tabulation};
 
 /// The number of cells along each axis of the plane; see [`ScatteredValues`].
 const CELLS: usize = 60;
@@ -34,6 +34,7 @@ const MAX_BYTES: u64 = 1 << 26;
 pub struct PabSet {
     sample: String,
     coverage: Coverage,
+    pub(crate) omissions: Vec<Omission>,
     /// theta_i in degrees, in increasing order, and the values there.
     slices: Vec<(f64, ScatteredValues)>,
 }
@@ -44,8 +45,8 @@ impl PabSet {
     /// theta_i are joined.
     ///
     /// # Errors
-    /// If a file cannot be read or is damaged, the files have more than one phi_i, or a theta_i that a header lists is
-    /// missing.
+    /// If a file cannot be read or is damaged, the files have more than one phi_i or no reflected light, or a theta_i that a
+    /// header lists is missing.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let (sample, paths) = (sample_name_of(path)?, files_of(path)?);
         let mut phi_i = None;
@@ -54,7 +55,7 @@ impl PabSet {
         for file in &paths {
             let incidence =
                 Incidence::parse(&read_text(file, MAX_BYTES)?).map_err(Defect::in_file(file))?;
-            if incidence.theta_i > ANGLE_TOLERANCE {
+            if (ANGLE_TOLERANCE..90.0).contains(&incidence.theta_i) {
                 let first_phi_i = *phi_i.get_or_insert(incidence.phi_i);
                 let turns = (incidence.phi_i - first_phi_i) / 360.0;
                 if 360.0 * (turns - turns.round()).abs() > ANGLE_TOLERANCE {
@@ -80,11 +81,31 @@ impl PabSet {
                 escaped(&sample)
             )));
         }
-        Ok(Self::new(sample, incidences))
+        Self::new(sample, incidences).map_err(Defect::in_file(path))
     }
 
     /// Creates a material of incidences and their files. Values at the same theta_i are joined.
-    pub(crate) fn new(sample: String, incidences: Vec<(PathBuf, Incidence)>) -> Self {
+    ///
+    /// # Errors
+    /// If no light is reflected.
+    pub(crate) fn new(
+        sample: String,
+        mut incidences: Vec<(PathBuf, Incidence)>,
+    ) -> Result<Self, Defect> {
+        let mut has_transmission = false;
+        for (_, incidence) in &mut incidences {
+            let (theta_i, values) = (incidence.theta_i, &mut incidence.values);
+            let theta = |([theta_o, _], _): &OutgoingValue| theta_i.max(*theta_o);
+            has_transmission |= values
+                .iter()
+                .any(|value| theta(value) > 90.0 + ANGLE_TOLERANCE);
+            values.retain(|value| theta(value) < 90.0);
+        }
+        incidences.retain(|(_, incidence)| !incidence.values.is_empty());
+        if incidences.is_empty() {
+            let defect = "it has no reflected light (both theta below 90 degrees), and transmission is not read";
+            return Err(Defect::new(defect, "give a file of a BRDF"));
+        }
         let mut files: Vec<(PathBuf, f64)> = Vec::new();
         let mut slices: Vec<(f64, ScatteredValues)> = Vec::new();
         for (file, incidence) in incidences {
@@ -104,6 +125,7 @@ impl PabSet {
         let mut set = Self {
             sample,
             coverage: Coverage::default(),
+            omissions: vec![Omission::Transmission; usize::from(has_transmission)],
             slices,
         };
         let directions = coarse_directions();
@@ -116,7 +138,7 @@ impl PabSet {
             files,
             unknown: unknown as f64 / directions.len() as f64,
         };
-        set
+        Ok(set)
     }
 
     /// Resamples a complete set with [`to_rgl`]; an incomplete one remains as it is.
@@ -129,6 +151,7 @@ impl PabSet {
         let resampled = RglMeasurement::parse(self.sample, &bytes);
         let mut resampled = resampled.map_err(Defect::in_file(path))?;
         resampled.coverage = self.coverage;
+        resampled.omissions = self.omissions;
         Ok(Box::new(resampled))
     }
 
@@ -248,6 +271,10 @@ impl Material for PabSet {
 
     fn coverage(&self) -> Coverage {
         self.coverage.clone()
+    }
+
+    fn omissions(&self) -> Vec<Omission> {
+        self.omissions.clone()
     }
 }
 

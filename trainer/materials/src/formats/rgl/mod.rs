@@ -40,8 +40,8 @@ use glimpse_kernels::dual::RealScalar;
 use crate::basis::{finite_f32, split_duals};
 use crate::error::{Defect, ensure, map_file};
 use crate::interpolation::Position;
-use crate::spectrum::Viewing;
-use crate::{Brdf, BrdfWithDerivative, Coverage, Material, SourceError};
+use crate::spectrum::{Viewing, have_color};
+use crate::{Brdf, BrdfWithDerivative, Coverage, Material, Omission, SourceError};
 
 /// A material from a measurement of the RGL database.
 ///
@@ -52,6 +52,7 @@ pub(crate) struct RglMeasurement {
     name: String,
     tensors: Tensors,
     pub(super) coverage: Coverage,
+    pub(super) omissions: Vec<Omission>,
 }
 
 impl RglMeasurement {
@@ -69,8 +70,9 @@ impl RglMeasurement {
         let tensors = Tensors::parse(bytes)?;
         Ok(Self {
             name,
-            tensors,
             coverage: Coverage::Complete,
+            omissions: Vec::from_iter(tensors.omission),
+            tensors,
         })
     }
 }
@@ -109,6 +111,10 @@ impl Material for RglMeasurement {
     fn coverage(&self) -> Coverage {
         self.coverage.clone()
     }
+
+    fn omissions(&self) -> Vec<Omission> {
+        self.omissions.clone()
+    }
 }
 
 /// The fields of a file that look-ups need.
@@ -120,6 +126,8 @@ struct Tensors {
     vndf: Densities,
     /// Red, green and blue slices for each node of theta_i.
     rgb: (TableShape, Vec<f32>),
+    /// That of the color of a spectrum without one.
+    omission: Option<Omission>,
 }
 
 impl Tensors {
@@ -160,10 +168,13 @@ impl Tensors {
             file.floats("vndf", NOT_NEGATIVE)?;
         let vndf_shape = table_shape("vndf", [rows, columns])?;
         let is_spectral = !file.has("rgb") && file.has("spectra");
-        let ([rgb_phi_count, rgb_theta_count, channels, rows, columns], rgb) = match is_spectral {
-            true => rgb_from_spectra(&file, [phi_count, theta_count])?,
-            false => file.floats("rgb", FINITE)?,
-        };
+        let ([rgb_phi_count, rgb_theta_count, channels, rows, columns], rgb, omission) =
+            match is_spectral {
+                true => rgb_from_spectra(&file, [phi_count, theta_count])?,
+                false => file
+                    .floats("rgb", FINITE)
+                    .map(|(shape, rgb)| (shape, rgb, None))?,
+            };
         let rgb_shape = table_shape("rgb", [rows, columns])?;
         ensure!(
             [vndf_phi_count, vndf_theta_count] == [phi_count, theta_count]
@@ -183,6 +194,7 @@ impl Tensors {
             sigma,
             vndf: Densities::new(vndf_shape, slices_of_first_phi(vndf)),
             rgb: (rgb_shape, slices_of_first_phi(rgb)),
+            omission,
         })
     }
 
@@ -225,15 +237,14 @@ impl Tensors {
     }
 }
 
-/// The shape of `rgb`: values of phi_i and theta_i, channels, rows and columns; and its values.
-type RgbField = ([usize; 5], Vec<f32>);
+/// The shape of `rgb`: values of phi_i and theta_i, channels, rows and columns; its values; and the omission of its color.
+type RgbField = ([usize; 5], Vec<f32>, Option<Omission>);
 
 /// Converts the field `spectra` to `rgb`. `counts` are the numbers of phi_i and theta_i.
 fn rgb_from_spectra(file: &TensorFile<'_>, counts: [usize; 2]) -> Result<RgbField, String> {
     // Wavelengths in um are below.
-    let is_inside = |nm| (10.0..=1e6).contains(&nm);
     let ([wavelength_count], wavelengths) =
-        file.floats("wavelengths", ("from 10 to 1e6 nm", is_inside))?;
+        file.floats("wavelengths", ("above 10 nm", |nm| nm > 10.0))?;
     ensure!(
         wavelength_count > 0 && wavelengths.is_sorted_by(|a, b| a < b),
         "its field wavelengths must hold increasing values"
@@ -264,7 +275,8 @@ fn rgb_from_spectra(file: &TensorFile<'_>, counts: [usize; 2]) -> Result<RgbFiel
     }
     let shape = [phi_count, theta_count, 3, rows, columns];
     check_values("spectra (as RGB)", &shape, &rgb, FINITE)?;
-    Ok((shape, rgb))
+    let omission = (!have_color(&wavelengths)).then_some(Omission::Color);
+    Ok((shape, rgb, omission))
 }
 
 /// Returns the shape of a field's table if it has at least 2 rows and 2 columns.

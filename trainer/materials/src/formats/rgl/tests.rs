@@ -21,6 +21,7 @@ fn random_tensors(random: &mut ChaCha8Rng) -> Tensors {
         indices.map(|_| random.random_range(0.2..1.0)).collect()
     };
     Tensors {
+        omission: None,
         theta_i: vec![0.1, 0.5, 1.2],
         ndf: (shape(7, 3), values(1, shape(7, 3))),
         sigma: (shape(5, 2), values(1, shape(5, 2))),
