@@ -57,7 +57,7 @@ impl PosteriorReading {
     }
 }
 
-/// The prediction of a reading from the others.
+/// The prediction of a reading from the others, or of one of a group from all outside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeftOut {
     /// The distance of the reading from its expectation, in standard deviations: positive if it is larger. Of the
@@ -175,21 +175,24 @@ impl Posterior {
         }
     }
 
-    /// Returns the posterior without a reading. None if a number is not finite.
+    /// Returns the posterior without a group of readings. None if a number is not finite.
     #[must_use]
-    pub fn without(&self, index: usize) -> Option<Self> {
+    pub fn without(&self, group: &[usize]) -> Option<Self> {
         let mut inverse = self.design.inverse.clone();
-        let column = inverse.column(index).into_owned();
-        if column[index] <= 0.0 {
-            return Some(self.clone());
+        let mut count = self.count;
+        for index in group {
+            let column = inverse.column(*index).into_owned();
+            if column[*index] > 0.0 {
+                inverse.ger(-1.0 / column[*index], &column, &column, 1.0);
+                inverse.column_mut(*index).fill(0.0);
+                inverse.row_mut(*index).fill(0.0);
+                count -= 1;
+            }
         }
-        inverse.ger(-1.0 / column[index], &column, &column, 1.0);
-        inverse.column_mut(index).fill(0.0);
-        inverse.row_mut(index).fill(0.0);
         let Design { prior, at, .. } = &*self.design;
         let design = Design::new(prior.clone(), at.clone(), inverse)?;
         let targets = self.targets.clone();
-        Some(Self::of_targets(targets, Arc::new(design), self.count - 1))
+        Some(Self::of_targets(targets, Arc::new(design), count))
     }
 
     /// Returns the components at all directions.
@@ -239,24 +242,31 @@ impl Posterior {
         ((PRIOR_READINGS + evidence) / (PRIOR_READINGS + count)).max(1.0)
     }
 
-    /// Predicts each reading from the others. None for removed ones.
+    /// Predicts each group of readings from all others, up to a shift of the mapped readings that the group has in common.
+    /// All readings of a group have its z. None for an empty group, or one with a removed reading.
     #[must_use]
-    pub fn left_out(&self) -> Vec<Option<LeftOut>> {
-        let (components, inverse) = (&self.design.at.components, &self.design.inverse);
-        let gain = &self.design.gain;
+    pub fn left_out(&self, groups: &[&[usize]]) -> Vec<Option<Vec<LeftOut>>> {
+        let Design { inverse, gain, .. } = &*self.design;
+        let components = &self.design.at.components;
         let reduced = [0, 1].map(|part| gain * self.covariance(part));
-        let all = (0..components.count()).map(|i| {
-            if inverse[(i, i)] <= 0.0 {
+        let of_group = |group: &&[usize]| {
+            if group.is_empty() || group.iter().any(|i| inverse[(*i, *i)] <= 0.0) {
                 return None;
             }
-            // Without the reading, its rest is the entry of S^-1 y divided by that of the diagonal of S^-1.
-            let diagonal = [0, 1].map(|part: usize| {
-                let explained = reduced[part].row(i).dot(&gain.row(i)) / SHARES[part];
-                (inverse[(i, i)] - explained).max(MIN_VARIANCE)
+            let sum = |matrix: &DMatrix<f64>| matrix.select_rows(*group).row_sum();
+            let columns = group.iter().map(|i| inverse.column(*i));
+            let own: f64 = columns
+                .map(|column| group.iter().map(|j| column[*j]).sum::<f64>())
+                .sum();
+            // With P = S^-1, the least-squares estimate of the shift is 1' (P y)_G / 1' P_GG 1, and 1 / 1' P_GG 1 is its variance.
+            let precision = [0, 1].map(|part: usize| {
+                let explained = sum(&reduced[part]).dot(&sum(gain)) / SHARES[part];
+                (own - explained).max(MIN_VARIANCE)
             });
-            let [mean_variance, variance] = [0, 1].map(|part| SHARES[part] / diagonal[part]);
-            let mean_rest = self.weights[0][(i, 0)] / diagonal[0];
-            let rests = [0, 1, 2].map(|channel| self.weights[1][(i, channel)] / diagonal[1]);
+            let [mean_variance, variance] = [0, 1].map(|part| SHARES[part] / precision[part]);
+            let mean_rest = sum(&self.weights[0])[0] / precision[0];
+            let rests = sum(&self.weights[1]) / precision[1];
+            let rests = [rests[0], rests[1], rests[2]];
             let squares: f64 = rests.iter().map(|rest| rest * rest).sum();
             let own = mean_rest * mean_rest / mean_variance + squares / variance;
             let scale = self.scale(own / 3.0, 1);
@@ -265,18 +275,21 @@ impl Posterior {
             let z = rests.map(|rest| (mean_rest + rest) / (scale * channel_variance).sqrt());
             let z = z.into_iter().chain([of_mean]);
             let z = z.max_by(|a, b| a.abs().total_cmp(&b.abs()));
-            let (center, weight) = (components.mean[i].value, components.cosines[i].value);
-            Some(LeftOut {
-                z: z.unwrap_or_default(),
-                expected: [0, 1, 2].map(|channel| {
-                    let target = self.targets[0][(i, 0)] + self.targets[1][(i, channel)];
-                    let u = target - mean_rest - rests[channel];
-                    unmap(f64::from(center) + u, f64::from(weight)).max(0.0) as f32
-                }),
-                log_density: -0.5 * (of_mean * of_mean + (scale * mean_variance).ln()),
-            })
-        });
-        all.collect()
+            let readings = group.iter().map(|i| {
+                let (center, weight) = (components.mean[*i].value, components.cosines[*i].value);
+                LeftOut {
+                    z: z.unwrap_or_default(),
+                    expected: [0, 1, 2].map(|channel| {
+                        let target = self.targets[0][(*i, 0)] + self.targets[1][(*i, channel)];
+                        let u = target - mean_rest - rests[channel];
+                        unmap(f64::from(center) + u, f64::from(weight)).max(0.0) as f32
+                    }),
+                    log_density: -0.5 * (of_mean * of_mean + (scale * mean_variance).ln()),
+                }
+            });
+            Some(readings.collect())
+        };
+        groups.par_iter().map(of_group).collect()
     }
 
     /// Returns the covariances of the discrepancy with the readings at some directions, and what remains of the components
@@ -358,14 +371,13 @@ pub(super) fn mapped(at: &PriorAt, brdf: &[[f32; 3]]) -> [DMatrix<f64>; 2] {
     [mean, differences]
 }
 
-/// Returns how much better readings predict each other without one of them: the sum of the differences of the logarithms
-/// of their densities.
+/// Returns how much better readings predict each other without some of them: the sum of the differences of the logarithms
+/// of their densities. The arguments are the predictions of all readings, and of the others, each as a group of one.
 #[must_use]
-pub fn gain_without(all: &[Option<LeftOut>], index: usize, others: &[Option<LeftOut>]) -> f64 {
-    let density = |list: &[Option<LeftOut>]| {
-        let list = list.iter().enumerate().filter(|(i, _)| *i != index);
-        list.filter_map(|(_, left_out)| Some(left_out.as_ref()?.log_density))
-            .sum::<f64>()
-    };
-    density(others) - density(all)
+pub fn gain_without(all: &[Option<Vec<LeftOut>>], others: &[Option<Vec<LeftOut>>]) -> f64 {
+    let pairs = all.iter().zip(others);
+    let gains = pairs.filter_map(|(all, others)| {
+        Some(others.as_ref()?.first()?.log_density - all.as_ref()?.first()?.log_density)
+    });
+    gains.sum()
 }

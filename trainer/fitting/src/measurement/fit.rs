@@ -10,7 +10,7 @@ use glimpse_materials::{FittedBrdf, FittedMaterial};
 
 use super::alternatives::{Doubt, is_off_highlight};
 use super::bands::fit_bands;
-use super::outliers::Outliers;
+use super::outliers::{OutlierKind, Outliers};
 use super::readings::{ReadingStatus, Readings, known_readings};
 
 /// The readings of a recipe's samples, and those among them that a fit uses.
@@ -90,8 +90,8 @@ fn samples_of(indices: &[usize]) -> String {
 impl Selection {
     /// Selects the readings of a fit.
     ///
-    /// If the recipe tolerates missing readings, the fit does not use saturated readings. It does not use the worst
-    /// outlier either, if the other readings agree better without it, unless `keep_all` is true.
+    /// If the recipe tolerates missing readings, the fit does not use saturated readings. It does not use
+    /// [excluded](super::OutlierSet::is_excluded) outliers either, unless `keep_all` is true.
     ///
     /// # Errors
     /// [`FitFailure::Missing`] if readings that the recipe needs are missing.
@@ -115,16 +115,24 @@ impl Selection {
             for (index, sample) in readings.samples.iter_mut().enumerate() {
                 if sample.brdf.saturated && known.binary_search(&index).is_err() {
                     sample.status = ReadingStatus::Saturated;
-                } else if !keep_all && outliers.excluded == Some(index) {
-                    sample.status = ReadingStatus::Outlier;
+                }
+            }
+            let excluded = outliers.sets.iter().filter(|set| set.is_excluded);
+            for set in excluded.filter(|_| !keep_all) {
+                for sample in &set.samples {
+                    readings.samples[*sample].status = match set.kind {
+                        OutlierKind::Clipped => ReadingStatus::Saturated,
+                        _ => ReadingStatus::Outlier,
+                    };
                 }
             }
         }
-        for (index, sample) in known.iter().enumerate() {
-            if readings.samples[*sample].status != ReadingStatus::Used {
-                let others = posterior.without(index);
-                posterior = others.ok_or(Error::new(ErrorCode::Diverged))?;
-            }
+        let is_unused =
+            |index: &usize| readings.samples[known[*index]].status != ReadingStatus::Used;
+        let unused: Vec<usize> = (0..known.len()).filter(is_unused).collect();
+        if !unused.is_empty() {
+            let others = posterior.without(&unused);
+            posterior = others.ok_or(Error::new(ErrorCode::Diverged))?;
         }
         Ok(Self {
             posterior,

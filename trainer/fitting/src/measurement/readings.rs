@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::alternatives::{Comparison, Doubt};
 use super::angles::to_directions;
+use super::clipping::clipped_rows;
 use super::noise::NoiseSummary;
 use super::placement::AngularDistance;
 use super::quantity::{Conversion, ReadingQuantity};
@@ -41,6 +42,8 @@ pub struct SampleReading {
     pub bands: Vec<f32>,
     /// The standard deviation of the mean reading's noise, relative to the reading.
     pub noise: f32,
+    /// True if a number of its rows is probably cut off at the largest value.
+    pub is_clipped: bool,
     /// The status. Before the selection of a fit, it is used or missing.
     pub status: ReadingStatus,
     /// The prediction from the other readings; None before the selection, and without a known reading. For an outlier,
@@ -57,6 +60,7 @@ impl SampleReading {
             brdf: Repeated::default(),
             bands: Vec::new(),
             noise: DEFAULT_NOISE,
+            is_clipped: false,
             status: ReadingStatus::Missing,
             prediction: None,
         }
@@ -170,6 +174,12 @@ impl Readings {
                 .and_then(|()| sample.brdf.add(reading.brdf, reading.saturated))
                 .map_err(|error| rows.reading_error(row, error))?;
             sample.status = ReadingStatus::Used;
+        }
+        let numbers = rows.readings.iter().zip(&placement.of_rows);
+        let numbers = numbers.map(|(row, index)| (placement.directions[*index], &row.numbers[..]));
+        let clipped = clipped_rows(&numbers.collect::<Vec<_>>());
+        for (index, is_clipped) in placement.of_rows.iter().zip(clipped) {
+            samples[*index].is_clipped |= is_clipped;
         }
         for sample in &mut samples {
             let count = sample.brdf.count as f32;

@@ -14,6 +14,7 @@ use super::fit::MaterialFit;
 use super::gaps::Gaps;
 use super::loss_scale::LossScale;
 use super::noise::NoiseSummary;
+use super::outliers::{OutlierKind, OutlierSet};
 use super::readings::ReadingStatus;
 use super::spectrum::SpectrumReport;
 use crate::choice::Choice;
@@ -96,7 +97,7 @@ pub struct ReadingSummary {
     pub largest_spread: Option<f32>,
     /// The sample with the largest coefficient of variation.
     pub most_spread: Option<usize>,
-    /// Readings that are improbable given the other readings, used or not, worst first.
+    /// Readings that are improbable given the other readings, used or not, set by set.
     pub outliers: Vec<OutlierSummary>,
 }
 
@@ -114,11 +115,13 @@ pub struct UnusedSample {
 pub struct OutlierSummary {
     /// The index of the sample.
     pub sample: usize,
+    /// The likely cause.
+    pub kind: OutlierKind,
     /// The status of the reading.
     pub status: ReadingStatus,
-    /// The reading minus its prediction, in standard deviations.
+    /// The mean of readings with the same cause minus their predictions, in standard deviations.
     pub z: f32,
-    /// The magnitude of z above which a reading is an outlier.
+    /// The magnitude of z above which readings are outliers.
     pub threshold: f32,
     /// The reading as a BRDF, sr^-1.
     pub reading: [f32; 3],
@@ -184,17 +187,18 @@ impl ReadingSummary {
             spreads.filter_map(|(index, sample)| Some((index, sample.coefficient_of_variation()?)));
         let most_spread = spreads.max_by(|(_, one), (_, other)| one.total_cmp(other));
         let unused = readings.indices(|sample| sample.status != ReadingStatus::Used);
-        let outliers = &fit.selection.outliers;
-        let outlier = |sample: &usize| {
-            let reading = &samples[*sample];
-            let prediction = reading.prediction?;
+        let sets = fit.selection.outliers.sets.iter();
+        let outliers = sets.flat_map(|set| set.samples.iter().map(move |sample| (set, *sample)));
+        let outlier = |(set, sample): (&OutlierSet, usize)| {
+            let reading = &samples[sample];
             Some(OutlierSummary {
-                sample: *sample,
+                sample,
+                kind: set.kind,
                 status: reading.status,
-                z: prediction.z as f32,
-                threshold: outliers.threshold as f32,
+                z: set.z as f32,
+                threshold: set.threshold as f32,
                 reading: reading.brdf.mean()?,
-                expected: prediction.expected,
+                expected: reading.prediction?.expected,
             })
         };
         Self {
@@ -214,7 +218,7 @@ impl ReadingSummary {
             repeated: readings.indices(|sample| sample.brdf.count > 1).len(),
             largest_spread: most_spread.map(|(_, spread)| spread),
             most_spread: most_spread.map(|(index, _)| index),
-            outliers: outliers.samples.iter().filter_map(outlier).collect(),
+            outliers: outliers.filter_map(outlier).collect(),
         }
     }
 

@@ -55,6 +55,7 @@ class _Sample(TypedDict):
 
 @type_check_only
 class _Outlier(_Sample):
+    kind: Literal["single", "neighbors", "obstructed", "no-light", "clipped"]
     z: float
     threshold: float
     reading: list[float]

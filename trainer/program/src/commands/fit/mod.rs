@@ -46,9 +46,10 @@ use crate::output::{create_out_folder, refuse_input, write_files};
 /// angle; samples may be missing (no row, or empty cells) if the recipe was trained with --missing. If
 /// a row is further away, all are fitted with the bundled recipe MODEL-any, and the report says so.
 ///
-/// OUTLIERS. Each reading is predicted from the others. Readings far from their prediction are
-/// reported as outliers. If the recipe tolerates missing readings, the fit excludes the worst one,
-/// unless it helps to predict the others or --keep-all is given.
+/// OUTLIERS. Each reading is predicted from the others, and so are neighbors together. Those far from
+/// their prediction are reported as outliers. If the recipe tolerates missing readings, the fit
+/// excludes the worst one, zeros and stray light where lamp and sensor are in each other's way, and
+/// a few readings cut off at the largest number, unless --keep-all is given.
 ///
 /// OUTPUT. The folder DIR gets
 ///

@@ -1,9 +1,10 @@
 //! The report on a fit for `--json` and the terminal.
 
+use clap::ValueEnum;
 use glimpse_fitting::choice::Choice;
 use glimpse_fitting::measurement::{
-    ColumnSummary, FitReport, GlossGap, InputSummary, NoiseSummary, Role, SpectrumReading,
-    SpectrumReport,
+    ColumnSummary, FitReport, GlossGap, InputSummary, NoiseSummary, OutlierKind, Role,
+    SpectrumReading, SpectrumReport,
 };
 use glimpse_materials::COLOR_BANDS;
 use serde::Serialize;
@@ -17,7 +18,8 @@ const MAX_PLAUSIBLE_SPREAD: f32 = 0.2;
 
 /// The columns of the table of outliers. The reading of a sample and its prediction are RGB; z is their difference in
 /// standard deviations.
-const OUTLIER_COLUMNS: [(&str, &str, usize); 10] = [
+const OUTLIER_COLUMNS: [(&str, &str, usize); 11] = [
+    ("kind", "/kind", 0),
     ("outlier", "/sample", 0),
     ("reading: r", "/reading/0", 3),
     ("g", "/reading/1", 3),
@@ -95,11 +97,25 @@ impl ReportEntry<'_> {
         } else {
             "0 or below in all channels"
         };
-        for (label, samples, note) in [
-            ("missing", &missing, ""),
-            ("saturated", &readings.saturated, saturated_note),
-            ("no light", &readings.no_light, dark_note),
-        ] {
+        let mut notes = vec![
+            ("missing", missing, ""),
+            ("saturated", readings.saturated.clone(), saturated_note),
+            ("no light", readings.no_light.clone(), dark_note),
+        ];
+        for kind in OutlierKind::value_variants() {
+            let note = match kind {
+                OutlierKind::Single => "unlike the others: check it",
+                OutlierKind::Neighbors => "unlike the others together: check them",
+                OutlierKind::Clipped => "at the largest number: flag them in a column saturated",
+                OutlierKind::NoLight | OutlierKind::Obstructed => {
+                    "unlike the others: remove rows where lamp and sensor are in each other's way"
+                }
+            };
+            let outliers = readings.outliers.iter().filter(|one| one.kind == *kind);
+            let samples = outliers.map(|one| one.sample).collect();
+            notes.push(("outliers", samples, note));
+        }
+        for (label, samples, note) in notes {
             if !samples.is_empty() {
                 let separator = if note.is_empty() { "" } else { ", " };
                 let samples: Vec<String> = samples.iter().map(usize::to_string).collect();

@@ -1,6 +1,7 @@
 //! Outliers on materials that are not part of the statistics: their detection, and the exclusion of one.
 
 use glimpse_core::geometry::Angles;
+use glimpse_fitting::measurement::{Instrument, OutlierKind, Outliers};
 use glimpse_kernels::scan::scan_with_missing;
 use glimpse_materials::loss::{loss_directions, mean_log_error};
 use glimpse_materials::{Brdf, FittedBrdf, Procedural};
@@ -18,6 +19,11 @@ enum Corruption {
     Factor(f32),
     /// Multiplies one channel by ten.
     OneChannel,
+}
+
+fn samples_of(outliers: &Outliers) -> Vec<usize> {
+    let samples = outliers.sets.iter().flat_map(|set| &set.samples);
+    samples.copied().collect()
 }
 
 /// Returns the rate of detected corrupt readings, and the rate of materials with false positives, over procedural
@@ -49,7 +55,7 @@ fn rates(name: &str, corruption: Corruption) -> [f64; 2] {
         let (outliers, samples) = find_outliers(pattern.iter().copied(), &readings);
         let is_predicted = samples.iter().map(|sample| sample.prediction.is_some());
         assert_eq!(is_predicted.filter(|is_predicted| !is_predicted).count(), 1);
-        let outliers = outliers.samples;
+        let outliers = samples_of(&outliers);
         let is_bad = |sample: usize| sample == bad && !matches!(corruption, Corruption::None);
         detected += usize::from(outliers.iter().any(|sample| is_bad(*sample)));
         false_positives += usize::from(outliers.iter().any(|sample| !is_bad(*sample)));
@@ -99,7 +105,7 @@ fn at_most_a_quarter_are_outliers() {
     let extreme: Vec<Option<[f32; 3]>> = (0..recipe.samples())
         .map(|index| Some([if index % 2 == 0 { 1e-4 } else { 50.0 }; 3]))
         .collect();
-    let outliers = |readings: &[_]| find_outliers(recipe.pattern(), readings).0.samples;
+    let outliers = |readings: &[_]| samples_of(&find_outliers(recipe.pattern(), readings).0);
     assert_eq!(outliers(&extreme).len(), 4);
     // Three readings or fewer have no outliers.
     let mut few = vec![None; recipe.samples()];
@@ -116,16 +122,20 @@ fn exclusion_of_one_reading_pays() {
     for model in ["neural", "phong", "cook-torrance"] {
         let file = recipe(&format!("masked/{model}-n16.recipe"));
         let recipe = file.recipe();
-        let outliers = |readings: &[_]| find_outliers(recipe.pattern(), readings).0;
+        let excluded_from = |readings: &[_]| {
+            let sets = find_outliers(recipe.pattern(), readings).0.sets;
+            let excluded = sets.into_iter().filter(|set| set.is_excluded);
+            excluded.flat_map(|set| set.samples).collect::<Vec<_>>()
+        };
         let [mut all, mut default, mut exact, mut excluded] = [0.0; 4];
         let mut correct = [0.0; 2];
         for index in 0..25 {
             let material = Procedural::new(index, 0xFEED);
             let values = material.values_at(&at);
-            let loss = |readings: &[Option<[f32; 3]>], without: Option<usize>| {
+            let loss = |readings: &[Option<[f32; 3]>], without: &[usize]| {
                 let outcome = scan_with_missing(&recipe, &mut |sample, _| {
                     let sample = usize::from(sample);
-                    readings[sample].filter(|_| Some(sample) != without)
+                    readings[sample].filter(|_| !without.contains(&sample))
                 });
                 let fitted = FittedBrdf::new(recipe.model(), outcome.unwrap().values, None);
                 mean_log_error(&fitted.unwrap(), &at, &values)
@@ -134,17 +144,17 @@ fn exclusion_of_one_reading_pays() {
                 .pattern()
                 .map(|angles| Some(material.at_angles(angles)))
                 .collect();
-            let excluded_sample = outliers(&readings).excluded;
-            correct[0] += loss(&readings, None);
-            correct[1] += loss(&readings, excluded_sample);
+            let excluded_samples = excluded_from(&readings);
+            correct[0] += loss(&readings, &[]);
+            correct[1] += loss(&readings, &excluded_samples);
             for wrong in 0..readings.len() {
                 let mut readings = readings.clone();
                 readings[wrong] = readings[wrong].map(|rgb| rgb.map(|value| 10.0 * value));
-                let excluded_sample = outliers(&readings).excluded;
-                all += loss(&readings, None);
-                default += loss(&readings, excluded_sample);
-                exact += loss(&readings, Some(wrong));
-                excluded += f64::from(u8::from(excluded_sample == Some(wrong)));
+                let excluded_samples = excluded_from(&readings);
+                all += loss(&readings, &[]);
+                default += loss(&readings, &excluded_samples);
+                exact += loss(&readings, &[wrong]);
+                excluded += f64::from(u8::from(excluded_samples == [wrong]));
             }
         }
         println!(
@@ -157,4 +167,33 @@ fn exclusion_of_one_reading_pays() {
         assert!(correct[1] <= 1.05 * correct[0]);
         assert!(default <= 1.15 * exact);
     }
+}
+
+/// Zeros where lamp and sensor collide predict each other, but the other readings of a line do not predict them. Right
+/// lines have no outliers of this kind.
+#[test]
+fn zeros_near_the_lamp_are_excluded_together() {
+    let line: Vec<Angles<f32>> = Instrument::InPlane.directions(0.0);
+    let (mut right, mut found) = (0, 0);
+    for index in 0..20 {
+        let material = Procedural::new(index, 7);
+        let readings = |min_angle: f32| {
+            let is_free = |angles: &Angles<f32>| 2.0 * angles.theta_d.to_degrees() > min_angle;
+            let brdf = line.iter().map(|angles| {
+                let free = Some(*angles).filter(is_free);
+                free.map_or([0.0; 3], |angles| material.at_angles(angles))
+            });
+            brdf.map(Some).collect::<Vec<_>>()
+        };
+        let sets = |min_angle: f32| {
+            find_outliers(line.iter().copied(), &readings(min_angle))
+                .0
+                .sets
+        };
+        right += usize::from(sets(0.0).iter().any(|set| set.is_excluded));
+        let excluded = sets(6.0).into_iter().filter(|set| set.is_excluded);
+        let excluded = excluded.map(|set| (set.kind, set.samples.len()));
+        found += usize::from(excluded.eq([(OutlierKind::NoLight, 2)]));
+    }
+    assert!(right <= 1 && found >= 18, "{right} {found}");
 }
