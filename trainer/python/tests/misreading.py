@@ -136,7 +136,7 @@ def clip(file):
     file.numbers = np.minimum(file.numbers, file.numbers.max() / 3)
 
 
-# The change, and a word of the cause that a message must contain: None if the file has to be read.
+# The change, and a word of the cause that a message must contain: None if the file has to be read. A tuple has kinds of outliers.
 CHANGES = {
     "right": (lambda file: None, None),
     "mirror on the other side": (turn, "from-mirror"),
@@ -156,15 +156,15 @@ CHANGES = {
     "rows of transmission": (lambda file: file.double("scatter", ["BRDF", "BTDF"], file.numbers[:, ::-1]), None),
     "two samples": (lambda file: file.double("sample", ["one", "other"], file.numbers[:, ::-1]), "sample"),
     "a column of gains": (gain, "gain"),
-    "zeros in the shadow": (shadow(lambda f: 0 * f), None),
-    "stray light in the shadow": (shadow(lambda f: 3 * f + 0.1), None),
-    "cut off at a third": (clip, None),
+    "zeros in the shadow": (shadow(lambda f: 0 * f), ("no-light", "obstructed")),
+    "stray light in the shadow": (shadow(lambda f: 3 * f + 0.1), ("obstructed", "neighbors")),
+    "cut off at a third": (clip, ("clipped",)),
 }
 
 
 def outcome(recipe, material, text, cause, right_loss):
     """Returns the loss, and the shares: right, cause named, other cause, silently wrong, refused."""
-    loss, words, is_refused = np.inf, "", False
+    loss, words, kinds, is_refused = np.inf, "", [], False
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings(record=True) as questions:
         warnings.simplefilter("always")
         path = Path(folder, "file.csv")
@@ -172,10 +172,12 @@ def outcome(recipe, material, text, cause, right_loss):
         try:
             fit = recipe.fit(path)
             loss, words = glimpse.loss(material, fit), " ".join(str(question.message) for question in questions)
+            kinds = [outlier["kind"] for outlier in fit.report["readings"]["outliers"]]
         except glimpse.GlimpseError as error:
             words, is_refused = str(error), True
-    has_word = bool(words)
-    is_named = cause is not None and cause in words
+    of_readings = isinstance(cause, tuple)
+    is_named = any(kind in cause for kind in kinds) if of_readings else cause is not None and cause in words
+    has_word = bool(words) or of_readings and bool(kinds)
     is_right = loss <= WRONG * (right_loss or loss)
     shares = [not has_word and is_right, is_named, has_word and not is_named, not has_word and not is_right, is_refused]
     return loss, np.array(shares, float)

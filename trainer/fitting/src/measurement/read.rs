@@ -38,14 +38,6 @@ impl ReadingRows {
         Self::from_table(path, Table::read(path, &args.ignore)?, args)
     }
 
-    /// Reads the bytes of a file, as [`read`](Self::read).
-    ///
-    /// # Errors
-    /// If the meaning of a column is unknown, or a cell is not valid.
-    pub fn parse(path: &Path, bytes: &[u8], args: &TableArgs) -> Result<Self, TableError> {
-        Self::from_table(path, Table::parse(path, bytes, &args.ignore)?, args)
-    }
-
     /// Reads a file with a material for each text of a column, in the order of the file.
     ///
     /// # Errors

@@ -74,12 +74,7 @@ impl Table {
             path: path.into(),
             source,
         })?;
-        Self::parse(path, &bytes, ignored)
-    }
-
-    /// Reads the bytes of a file.
-    pub(super) fn parse(path: &Path, bytes: &[u8], ignored: &[String]) -> Result<Self, TableError> {
-        Self::parse_text(path, bytes, ignored).map_err(|message| TableError::Damaged {
+        Self::parse_text(path, &bytes, ignored).map_err(|message| TableError::Damaged {
             path: path.into(),
             message,
         })
