@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 use clap::Args;
 use glimpse_core::gonio::Footprint;
 use glimpse_fitting::measurement::{
@@ -104,12 +104,8 @@ impl ReadingArgs {
         let quantity = self.quantity(&rows)?;
         let readings = Readings::new(given, rows, quantity)?;
         let fit = MaterialFit::new(readings, name, keep_all).with_context(|| path.clone())?;
-        if !self.accept_implausible {
-            fit.check_plausible().with_context(|| {
-                format!(
-                    "{path}: implausible (--accept-implausible accepts the readings nevertheless)"
-                )
-            })?;
+        if let (false, Err(failure)) = (self.accept_implausible, fit.check_plausible()) {
+            bail!("{path}: {failure}, or --accept-implausible to fit the readings as they are");
         }
         Ok(fit)
     }
