@@ -115,7 +115,11 @@ impl Next {
             Some(path) => {
                 // Also with readings that are unlike the others, which reduce the loss most.
                 let fit = self.readings.fit(&any, self.readings.rows(path)?, true)?;
-                let measured = fit.selection.readings.pattern();
+                let readings = &fit.selection.readings;
+                if let Some(doubt) = readings.doubt {
+                    eprintln!("{}: {doubt}", path.display());
+                }
+                let measured = readings.pattern();
                 (fit.selection.posterior, measured)
             }
         };

@@ -38,8 +38,12 @@ use crate::output::{create_out_folder, refuse_input, write_files};
 ///   and at any directions noise, the standard deviation relative to the reading (see --noise).
 ///
 /// A row may have the reading of one band, with the columns wavelength (or channel) and value. A column
-/// of another name must be constant, or listed by --ignore. Rows come in any order. Repeated readings of a direction are averaged,
-/// and their spread is printed. The noise of the mean of k readings is divided by sqrt(k).
+/// of another name must be constant, or listed by --ignore. Rows come in any order. Repeated readings of
+/// a direction are averaged, and their spread is printed. The noise of the mean of k readings is divided
+/// by sqrt(k).
+///
+/// EVIDENCE. The numbers are compared with what they would be by another convention, unit or quantity.
+/// If one of them explains the readings far better, the file is refused; if it may, the report asks.
 ///
 /// RECIPES. Without RECIPE, or with one of `train --samples any`, readings may have any directions.
 /// With a recipe of n samples, a row belongs to the nearest sample, at most 0.5 degrees away in every
@@ -64,8 +68,9 @@ use crate::output::{create_out_folder, refuse_input, write_files};
 /// - for the model linear material.basis, so that the folder can be moved;
 /// - with --format, a folder DIR/formats with files for other programs.
 ///
-/// With several --measurements, each gets a folder DIR/NAME, and with --by each material. A report is printed on stdout. It names what
-/// the readings leave open (gloss, large angles, color), and the reading that would help most.
+/// With several --measurements, each gets a folder DIR/NAME, and with --by each material. A report is
+/// printed on stdout. It names what the readings leave open (gloss, large angles, color), and the reading
+/// that would help most.
 ///
 /// Example: trainer fit --measurements multi-angle.csv --out paint/      # readings you already have
 ///          trainer inspect n16.recipe                                  # directions to measure

@@ -20,8 +20,8 @@ pub(crate) struct ReadingArgs {
     table: TableArgs,
     /// Quantity of the readings: the BRDF, sr^-1; the BRDF times cos(theta_i), the radiance under a lamp
     /// that lights the sensor's whole spot; the BRDF times cos(theta_o), also called brdf-cos, ASTM's
-    /// cosine-corrected BSDF; or pi times the BRDF, the radiance relative to that of a white tile, also in
-    /// percent [default: the column quantity, or else brdf]
+    /// cosine-corrected BSDF; the BRDF times both cosines; or pi times the BRDF, the radiance relative to
+    /// that of a white tile, also in percent or encoded as sRGB [default: the column quantity, or else brdf]
     #[arg(long, value_enum, conflicts_with_all = ["white", "dark", "saturation", "footprint"])]
     quantity: Option<Multiple>,
     /// CSV file of counts on a white tile, if the readings are counts: at the same directions, or in a
@@ -47,7 +47,7 @@ pub(crate) struct ReadingArgs {
     /// [default: the column noise, or else from repeated readings, or else 0.02]
     #[arg(long, value_name = "S", value_parser = number(0.0..=1.0_f32))]
     noise: Option<f32>,
-    /// Accept readings that are unlikely to come from a material
+    /// Accept readings that are unlikely to come from a material, or more likely if they are read otherwise
     #[arg(long)]
     accept_implausible: bool,
 }
