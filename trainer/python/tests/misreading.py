@@ -1,4 +1,4 @@
-"""What becomes of files of readings that mean something else than they seem to.
+"""The confusion table of files of readings that mean something else than they seem to.
 
 usage: python misreading.py RECIPE SOURCE...
 
