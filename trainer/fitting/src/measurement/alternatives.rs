@@ -22,8 +22,6 @@ use crate::linear::{DEFAULT_NOISE, Evidence, MaterialPrior};
 const READINGS: [usize; 2] = [4, 32];
 /// The largest polar angle of compared directions, in degrees.
 const MAX_POLAR: f32 = 75.5;
-/// The smallest angle between compared directions, in degrees: nearer ones may be in each other's way.
-const MIN_SEPARATION: f32 = 10.0;
 /// The smallest angle of the half vector, in degrees, from which on a reading informs about the quantity.
 const MIN_HALF_ANGLE: f32 = 10.0;
 /// The evidence of all readings together that is needed beyond that per reading.
@@ -283,13 +281,12 @@ impl Comparison<'_> {
     }
 }
 
-/// Returns true if both directions are away from the horizon and from each other.
+/// Returns true if both directions are away from the horizon.
 fn is_compared(angles: Angles<f64>) -> bool {
     let min_cosine = MAX_POLAR.to_radians().cos();
     above_horizon(angles).is_some_and(|angles| {
         let at = HalfDifference::from_angles(angles);
-        let separation = 2.0 * angles.theta_d.to_degrees();
-        separation > MIN_SEPARATION && at.cos_theta_i().min(at.cos_theta_o()) > min_cosine
+        at.cos_theta_i().min(at.cos_theta_o()) > min_cosine
     })
 }
 

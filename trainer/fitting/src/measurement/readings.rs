@@ -14,7 +14,7 @@ use super::noise::NoiseSummary;
 use super::placement::AngularDistance;
 use super::quantity::{Conversion, ReadingQuantity};
 use super::recipe::NamedRecipe;
-use super::rows::ReadingRows;
+use super::rows::{LabReading, ReadingRows};
 use super::table::TableError;
 
 /// The status of a sample's reading in a fit.
@@ -194,7 +194,9 @@ impl Readings {
             sample.noise = *deviation;
         }
         let placed = rows.readings.iter().zip(&placement.of_rows).enumerate();
-        let placed = placed.filter(|(_, (row, _))| !row.saturated);
+        // Zeros are no evidence: lamp and sensor may be in each other's way.
+        let is_light = |row: &LabReading| row.numbers.iter().any(|number| *number > 0.0);
+        let placed = placed.filter(|(_, (row, _))| !row.saturated && is_light(row));
         let placed = placed.map(|(index, (row, sample))| {
             let own = placement.directions[*sample].map(f64::from);
             (index, *sample, row.angles.unwrap_or(own))
