@@ -25,22 +25,9 @@ pub fn check(input: &[u8]) {
     };
     assert!(basis.components() > 0);
     let [hx, hz, dx, dy, dz, coefficients @ ..] = &numbers;
-    let arbitrary = HalfDifference {
-        hx: *hx,
-        hz: *hz,
-        dx: *dx,
-        dy: *dy,
-        dz: *dz,
-    };
-    let normal_incidence = HalfDifference {
-        hx: 0.0,
-        hz: 1.0,
-        dx: 0.0,
-        dy: 0.0,
-        dz: 1.0,
-    };
     // The lists of red, green and blue have 3, 8 and 0 coefficients.
-    for at in [arbitrary, normal_incidence] {
+    for at in [[*hx, *hz, *dx, *dy, *dz], [0.0, 1.0, 0.0, 0.0, 1.0]] {
+        let at = HalfDifference::from_array(at);
         if let Some(brdf) = basis.brdf([coefficients, &numbers, &[]], &at) {
             assert!(brdf.iter().all(|value| value.is_finite() && *value >= 0.0));
         }

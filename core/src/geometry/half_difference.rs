@@ -19,18 +19,27 @@ pub struct HalfDifference<T> {
     pub dz: T,
 }
 
+impl<T: Copy> HalfDifference<T> {
+    /// Creates half and difference vectors in the order hx, hz, dx, dy, dz.
+    #[inline(always)]
+    #[must_use]
+    pub const fn from_array([hx, hz, dx, dy, dz]: [T; 5]) -> Self {
+        Self { hx, hz, dx, dy, dz }
+    }
+
+    /// Returns the coordinates in the order hx, hz, dx, dy, dz.
+    #[inline(always)]
+    #[must_use]
+    pub const fn to_array(self) -> [T; 5] {
+        [self.hx, self.hz, self.dx, self.dy, self.dz]
+    }
+}
+
 impl<S: Scalar> HalfDifference<S> {
     /// Returns coordinates of 0, the initial value for sums of gradients.
     #[inline(always)]
     pub fn zero() -> Self {
-        let zero = S::constant(0.0);
-        Self {
-            hx: zero,
-            hz: zero,
-            dx: zero,
-            dy: zero,
-            dz: zero,
-        }
+        Self::from_array([S::constant(0.0); 5])
     }
 
     /// Converts angles in radians.

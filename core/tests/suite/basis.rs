@@ -7,7 +7,7 @@ use glimpse_core::model::linear::{Basis, Nodes};
 use proptest::prelude::*;
 
 use crate::documents::hex_bytes;
-use crate::recipes::file;
+use crate::recipes::{file, spread};
 
 const EXAMPLE: &str = include_str!("../../docs/basis.hex");
 
@@ -25,7 +25,6 @@ impl Contents {
     /// Contents with `shape` nodes and `components` components. The entries vary strongly between neighbors.
     pub(crate) fn synthetic(shape: [u16; 3], components: usize) -> Self {
         let nodes = shape.into_iter().map(usize::from).product::<usize>();
-        let spread = |index: usize| (index as f32 * 0.618_034).fract() - 0.5;
         Self {
             of: 0xfeed_beef,
             shape,
@@ -63,7 +62,7 @@ impl Contents {
 
     /// The BRDF in f64, implemented from the document, with angles.
     fn brdf(&self, coefficients: [&[f32]; 3], at: &HalfDifference<f32>) -> [f64; 3] {
-        let [hx, hz, dx, dy, dz] = [at.hx, at.hz, at.dx, at.dy, at.dz].map(f64::from);
+        let [hx, hz, dx, dy, dz] = at.to_array().map(f64::from);
         let theta_h = hx.abs().atan2(hz);
         let theta_d = dx.hypot(dy).atan2(dz);
         let phi_d = dy.abs().atan2(dx.abs());
@@ -108,13 +107,8 @@ impl Contents {
 
 /// Half and difference vectors from exact sines and cosines, independent of core's.
 fn half_difference(theta_h: f32, theta_d: f32, phi_d: f32) -> HalfDifference<f32> {
-    HalfDifference {
-        hx: theta_h.sin(),
-        hz: theta_h.cos(),
-        dx: theta_d.sin() * phi_d.cos(),
-        dy: theta_d.sin() * phi_d.sin(),
-        dz: theta_d.cos(),
-    }
+    let ((hx, hz), (sin_d, dz)) = (theta_h.sin_cos(), theta_d.sin_cos());
+    HalfDifference::from_array([hx, hz, sin_d * phi_d.cos(), sin_d * phi_d.sin(), dz])
 }
 
 /// A valid basis. Its bytes are leaked.
@@ -214,10 +208,9 @@ fn no_brdf_for_invalid_directions_or_coefficients() {
     let mut invalid = vec![below, long];
     for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         for coordinate in 0..5 {
-            let mut numbers = [good.hx, good.hz, good.dx, good.dy, good.dz];
+            let mut numbers = good.to_array();
             numbers[coordinate] = number;
-            let [hx, hz, dx, dy, dz] = numbers;
-            invalid.push(HalfDifference { hx, hz, dx, dy, dz });
+            invalid.push(HalfDifference::from_array(numbers));
         }
     }
     for at in invalid {

@@ -265,18 +265,9 @@ fn infinite_estimate_is_none() {
     };
     for mut contents in tolerant() {
         assert!(contents.recipe().bounds_partial_loss());
-        contents
-            .prediction
-            .as_mut()
-            .unwrap()
-            .partial_loss
-            .fill(80.0);
-        contents
-            .prediction
-            .as_mut()
-            .unwrap()
-            .partial_bound
-            .fill(f32::MAX);
+        let prediction = contents.prediction.as_mut().unwrap();
+        prediction.partial_loss.fill(80.0);
+        prediction.partial_bound.fill(f32::MAX);
         let (loss, bound, is_unlike) = estimates(&contents);
         assert!(loss.unwrap() > 1.0 && bound.is_none() && is_unlike.is_some());
         contents.prediction.as_mut().unwrap().weights[0] = 1e3;

@@ -10,7 +10,7 @@ use glimpse_core::model::{
 use glimpse_core::numeric::Scalar;
 use proptest::prelude::*;
 
-use crate::reference::{self, Place, logistic};
+use crate::reference::{self, logistic};
 use glimpse_gradcheck::cases::{Variables, cook_torrance, neural, phong, sample, variables};
 use glimpse_gradcheck::{compare, parameters};
 
@@ -36,9 +36,8 @@ fn gradient_matches<M: Model>(
     let mut gradient: M::Parameters<f64> = parameters([], 0.0);
     let sample = sample(variables, weight);
     let actual = M::accumulate_gradient::<f64, true>(&theta, &sample, &mut gradient).gradient;
-    let at = actual.at;
     let mut derivatives = gradient.as_slice().to_vec();
-    derivatives.extend([at.hx, at.hz, at.dx, at.dy, at.dz]);
+    derivatives.extend(actual.at.to_array());
     derivatives.extend(actual.measured);
     let point = [list, &variables].concat();
     let outcome = compare(&[M::PARAMETERS, 5, 3], &point, &derivatives, |point| {
@@ -57,10 +56,6 @@ fn expected_loss(variables: Variables, modeled: [f64; 3], weight: f64) -> f64 {
         .zip(modeled)
         .map(|(y, f)| ((1.0 + y * cosine).ln() - (1.0 + f * cosine).ln()).abs());
     weight * errors.sum::<f64>()
-}
-
-fn place([hx, hz, dx, dy, dz, ..]: Variables) -> Place {
-    [hx, hz, dx, dy, dz]
 }
 
 fn agree(actual: f64, expected: f64) -> Result<(), TestCaseError> {
@@ -103,7 +98,8 @@ fn extremes() -> impl Strategy<Value = Variables> {
     (angle(), angle(), phi_d, logarithms).prop_map(|(theta_h, theta_d, phi_d, logarithms)| {
         let at = HalfDifference::from_angles(Angles::from_array([theta_h, theta_d, phi_d]));
         let [red, green, blue] = logarithms.map(f64::exp);
-        [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue]
+        let [hx, hz, dx, dy, dz] = at.to_array();
+        [hx, hz, dx, dy, dz, red, green, blue]
     })
 }
 
@@ -127,7 +123,7 @@ proptest! {
         variables in variables(),
         weight in 0.01..1.0f64,
     ) {
-        let at = place(variables);
+        let at = sample(variables, weight).at.to_array();
         agree_with::<Phong>(&phong, variables, weight, reference::phong(&phong, at))?;
         agree_with::<CookTorrance>(&cook_torrance, variables, weight, reference::cook_torrance(&cook_torrance, at))?;
         agree_with::<Neural>(&neural, variables, weight, reference::neural(&neural, at).map(|f| f.max(0.0)))?;
@@ -145,7 +141,7 @@ proptest! {
         prop_assert!(actual.loss().is_finite());
         prop_assert!(gradient.iter().all(|derivative| derivative.is_finite()), "{:?}", gradient);
         let SampleGradient { at, measured } = actual.gradient;
-        let derivatives = [at.hx, at.hz, at.dx, at.dy, at.dz];
+        let derivatives = at.to_array();
         prop_assert!(derivatives.iter().chain(&measured).all(|derivative| derivative.is_finite()), "{:?}", derivatives);
     }
 
@@ -176,7 +172,7 @@ proptest! {
         prop_assert_eq!(actual.loss(), 0.0);
         prop_assert!(gradient.iter().all(|derivative| *derivative == 0.0));
         let SampleGradient { at, measured } = actual.gradient;
-        prop_assert_eq!([at.hx, at.hz, at.dx, at.dy, at.dz], [0.0; 5]);
+        prop_assert_eq!(at.to_array(), [0.0; 5]);
         prop_assert_eq!(measured, [0.0; 3]);
     }
 }

@@ -14,13 +14,10 @@ macro_rules! by_math {
 }
 
 mod basis;
-#[cfg(feature = "libm")]
-mod checksum;
 mod documents;
 mod driver;
 mod estimator;
 mod file;
-mod fitted;
 mod forged;
 mod geometry;
 mod gonio;

@@ -90,11 +90,11 @@ sections! {
     }
 }
 
-/// The number of each model in a recipe.
-pub(crate) const NUMBERS: [ModelKind; 4] = [Phong, Neural, CookTorrance, ModelKind::Linear];
+/// The models, in the order of their numbers in a recipe.
+pub(crate) const MODELS: [ModelKind; 4] = [Phong, Neural, CookTorrance, ModelKind::Linear];
 
 pub(crate) fn number_of(model: ModelKind) -> u32 {
-    NUMBERS.iter().position(|other| *other == model).unwrap() as u32
+    MODELS.iter().position(|other| *other == model).unwrap() as u32
 }
 
 /// The contents of a recipe.
@@ -123,7 +123,7 @@ impl Contents {
     pub(crate) fn model(&self) -> ModelKind {
         match (&self.sgd, &self.gauss_newton) {
             (Some(Sgd { model, .. }), _) | (_, Some(GaussNewton { model, .. })) => {
-                NUMBERS[*model as usize]
+                MODELS[*model as usize]
             }
             _ => ModelKind::Linear,
         }
@@ -345,14 +345,9 @@ pub(crate) const SMALL: Shape = Shape {
 
 /// A recipe with a ridge stage, a net if m is not 0, and a start and steps if a model is given.
 pub(crate) fn random_recipe(shape: Shape, model: Option<ModelKind>) -> Contents {
-    let Shape {
-        samples,
-        components,
-        coefficients,
-        hidden,
-        units,
-        virtual_readings,
-    } = shape;
+    let (samples, components, units) = (shape.samples, shape.components, shape.units);
+    let (coefficients, hidden) = (shape.coefficients, shape.hidden);
+    let virtual_readings = shape.virtual_readings;
     let random = &mut Random(7 + components as u64);
     let rows = coefficients + hidden;
     let parameters = model.and_then(ModelKind::parameters).unwrap_or(0);

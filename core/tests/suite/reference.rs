@@ -395,19 +395,14 @@ fn sgd_parameters(contents: &Contents, readings: &[Weighted], is_gray: bool) -> 
     }
     for _ in 0..sgd.steps {
         let mut gradient = vec![0.0; all.len()];
-        for Weighted {
-            at,
-            measured,
-            weight,
-        } in readings
-        {
-            let [c, _] = cosines(*at);
-            let f = brdf(&parameters, *at);
+        for reading in readings {
+            let [c, _] = cosines(reading.at);
+            let f = brdf(&parameters, reading.at);
             let slopes = [0, 1, 2].map(|channel| {
-                let sign = (f[channel] - measured[channel]).signum();
-                weight * sign * c / (1.0 + f[channel] * c)
+                let sign = (f[channel] - reading.measured[channel]).signum();
+                reading.weight * sign * c / (1.0 + f[channel] * c)
             });
-            let rows = derivatives(&parameters, &all, |p| brdf(p, *at));
+            let rows = derivatives(&parameters, &all, |p| brdf(p, reading.at));
             for (sum, row) in gradient.iter_mut().zip(rows) {
                 *sum += dot(&slopes, &row);
             }

@@ -174,13 +174,8 @@ fn f64_solve_matches_independent_solve_and_its_adjoint_forward_mode() {
             case.scales[2] = 0.0;
             case.scales[3] = 1.5;
         }
-        let Case {
-            rows,
-            scales,
-            precision,
-            targets,
-            ..
-        } = &case;
+        let (rows, scales) = (&case.rows, &case.scales);
+        let (precision, targets) = (&case.precision, &case.targets);
         let system = System {
             rows: Matrix(rows, k),
             scales,

@@ -2,24 +2,18 @@
 
 use glimpse_core::error::ErrorCode;
 use glimpse_core::fit::{AnyModel, ScanModel};
-use glimpse_core::geometry::HalfDifference;
+use glimpse_core::geometry::{Directions, HalfDifference};
 use glimpse_core::gonio::Reading;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Residual, Scan};
 
+pub(crate) use crate::recipes::MODELS;
 use crate::recipes::{linear, parsed, sgd};
 
 /// The number of samples, n, of all these recipes.
 pub(crate) const SAMPLES: usize = 8;
 pub(crate) type Any = AnyModel;
-
-pub(crate) const MODELS: [ModelKind; 4] = [
-    ModelKind::Phong,
-    ModelKind::CookTorrance,
-    ModelKind::Neural,
-    ModelKind::Linear,
-];
 
 /// The bytes of a valid recipe with 20 steps of SGD, or with five components.
 pub(crate) fn encoded_recipe(model: ModelKind) -> Vec<u8> {
@@ -102,7 +96,8 @@ impl Outcome {
 }
 
 /// Fits in slices of these budgets, in turn, and resumes the fit from the scan for each slice. Checks that a fitted
-/// material is finite: all its values, and its BRDF at all readings.
+/// material is finite: all its values, and its BRDF at all readings. Linear has no BRDF without its basis, and no model
+/// has one for directions at or below the horizon, or of other lengths than 1.
 pub(crate) fn fit<K: ScanModel>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outcome {
     let pattern: Vec<_> = scan.recipe().pattern().collect();
     let mut progress = match scan.fit() {
@@ -131,11 +126,20 @@ pub(crate) fn fit<K: ScanModel>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outc
     let fitted = scan.fitted().unwrap();
     assert_eq!(fitted.residual().implausible, implausible);
     assert!(fitted.values().all(f32::is_finite));
+    let has_brdf = scan.recipe().model() != ModelKind::Linear;
     for angles in pattern {
         let at = HalfDifference::from_angles(angles);
-        if let Some(brdf) = fitted.brdf(&at.directions()) {
-            let is_valid = |value: &f32| value.is_finite() && *value >= 0.0;
-            assert!(brdf.iter().all(is_valid), "{brdf:?}");
+        let brdf = fitted.brdf(&at.directions());
+        assert_eq!(brdf.is_some(), has_brdf);
+        let is_valid = |value: &f32| value.is_finite() && *value >= 0.0;
+        assert!(brdf.iter().flatten().all(is_valid), "{brdf:?}");
+    }
+    let long = [0.66, 0.0, 0.88];
+    for invalid in [[0.6, 0.0, -0.8], [1.0, 0.0, 0.0], long, [f32::NAN; 3]] {
+        for valid in [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]] {
+            for (incoming, outgoing) in [(valid, invalid), (invalid, valid)] {
+                assert_eq!(fitted.brdf(&Directions { incoming, outgoing }), None);
+            }
         }
     }
     let residual = fitted.residual();

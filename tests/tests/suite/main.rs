@@ -13,9 +13,9 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Evidence;
 use glimpse_fitting::recipe::ReadingNoise;
-use glimpse_fitting::scanner::{ScanReport, ScannerError, VirtualScanner, angles_of};
+use glimpse_fitting::scanner::{ScannerError, VirtualScanner, angles_of};
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{Brdf, FittedMaterial, Material, Procedural};
+use glimpse_materials::{Brdf, FittedMaterial, Material};
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::{Device, OWN_READING, assert_matches_host};
 use glimpse_tests::host::{noiseless_scanner, unseen_material};
@@ -40,16 +40,22 @@ fn line() -> (TcpStream, TcpStream) {
     (device, host)
 }
 
-fn material() -> Procedural {
-    unseen_material(0)
-}
-
-fn hello(protocol: u16) -> Request {
+fn hello(recipe: u32) -> Request {
     Request::Hello {
-        protocol,
+        protocol: PROTOCOL,
         model: ModelKind::Neural,
         samples: 8,
-        recipe: 0,
+        recipe,
+    }
+}
+
+/// A request to read sample 0.
+fn measure(incoming: [f32; 3]) -> Request {
+    let outgoing = [0.6, 0.0, 0.8];
+    Request::Measure {
+        purpose: Purpose::Sample,
+        index: 0,
+        directions: Directions { incoming, outgoing },
     }
 }
 
@@ -58,13 +64,7 @@ fn conversion_to_directions_keeps_angles() {
     for angles in uniform_valid(1000, 1) {
         let original = HalfDifference::from_angles(angles);
         let converted = HalfDifference::from_angles(angles_of(&original.directions()).unwrap());
-        for (a, b) in [
-            (original.hx, converted.hx),
-            (original.hz, converted.hz),
-            (original.dx, converted.dx),
-            (original.dy, converted.dy),
-            (original.dz, converted.dz),
-        ] {
+        for (a, b) in original.to_array().into_iter().zip(converted.to_array()) {
             assert!(
                 (a - b).abs() < 1e-5,
                 "{angles:?}: {original:?} {converted:?}"
@@ -76,11 +76,17 @@ fn conversion_to_directions_keeps_angles() {
 #[test]
 fn device_receives_brdf_and_host_receives_fit() {
     let (device, mut host) = start_device(Host::Measures);
-    let material = material();
+    let material = unseen_material(0);
     let report = noiseless_scanner(&material).serve(&mut host).unwrap();
     device.join().unwrap().unwrap();
 
-    assert_correct(&report);
+    // A scanner without noise does not drift.
+    let Evidence { dark, drift, .. } = report.residual.evidence;
+    assert_eq!((dark, drift), (Some(0.0), Some(0.0)));
+    assert_matches_host(&report, RECIPE);
+    for reading in &report.readings {
+        assert_eq!(reading.reading.brdf, material.at_angles(reading.angles));
+    }
     let loss = report.loss(None, &material).unwrap();
     assert!(loss.is_finite());
 
@@ -117,36 +123,18 @@ fn listener_receives_the_fit_of_a_device_that_measures() {
     }
 }
 
-fn assert_correct(report: &ScanReport) {
-    // A scanner without noise does not drift.
-    let Evidence { dark, drift, .. } = report.residual.evidence;
-    assert_eq!((dark, drift), (Some(0.0), Some(0.0)));
-    assert_matches_host(report, RECIPE);
-    for reading in &report.readings {
-        assert_eq!(reading.reading.brdf, material().at_angles(reading.angles));
-    }
-}
-
 #[test]
 fn refuses_invalid_requests() {
     let (device, mut host) = line();
     let host = thread::spawn(move || {
-        let material = material();
+        let material = unseen_material(0);
         noiseless_scanner(&material).serve(&mut host)
     });
     let mut device = Device::new(device, REPLY_TIMEOUT).unwrap();
-    let measure = |incoming| Request::Measure {
-        purpose: Purpose::Sample,
-        index: 0,
-        directions: Directions {
-            incoming,
-            outgoing: [0.0, 0.0, 1.0],
-        },
-    };
     let above = measure([0.0, 0.0, 1.0]);
     let reply = device.request(&above).unwrap();
     assert_eq!(reply, Reply::Refused(ErrorCode::RefusedNoScan));
-    device.request(&hello(PROTOCOL)).unwrap();
+    device.request(&hello(0)).unwrap();
     let reply = device.request(&above).unwrap();
     assert!(matches!(reply, Reply::Measured { .. }));
     let below = measure([1.0, 0.0, -0.1]);
@@ -171,51 +159,33 @@ fn refuses_invalid_requests() {
 /// After a reset, a device offers its saved readings.
 #[test]
 fn saved_readings_are_accepted_only_if_unchanged() {
-    let material = material();
+    let material = unseen_material(0);
     let mut scanner = noiseless_scanner(&material);
     let (device, mut host) = line();
     let device = thread::spawn(move || {
         let mut device = Device::new(device, REPLY_TIMEOUT).unwrap();
-        let directions = Directions {
-            incoming: [0.0, 0.0, 1.0],
-            outgoing: [0.6, 0.0, 0.8],
-        };
-        let index = 0;
-        let saved = |reading| Request::Restored { index, reading };
+        let saved = |index, reading| Request::Restored { index, reading };
         let refused = Reply::Refused(ErrorCode::RefusedRestored);
-        device.request(&hello(PROTOCOL)).unwrap();
-        let measure = Request::Measure {
-            purpose: Purpose::Sample,
-            index,
-            directions,
-        };
-        let reply = device.request(&measure).unwrap();
+        device.request(&hello(0)).unwrap();
+        let reply = device.request(&measure([0.0, 0.0, 1.0])).unwrap();
         let Reply::Measured { reading, .. } = reply else {
             panic!("{reply:?}")
         };
         // Without a hello in between, there was no reset.
-        assert_eq!(device.request(&saved(reading)).unwrap(), refused);
-        device.request(&hello(PROTOCOL)).unwrap();
-        let mut altered = reading;
-        altered.brdf[1] += 0.1;
-        assert_eq!(device.request(&saved(altered)).unwrap(), refused);
-        altered = reading;
-        altered.saturated = true;
-        assert_eq!(device.request(&saved(altered)).unwrap(), refused);
-        let other_sample = Request::Restored { index: 1, reading };
-        assert_eq!(device.request(&other_sample).unwrap(), refused);
-        assert_eq!(device.request(&saved(reading)).unwrap(), Reply::Accepted);
+        assert_eq!(device.request(&saved(0, reading)).unwrap(), refused);
+        device.request(&hello(0)).unwrap();
+        let (mut brighter, mut saturated) = (reading, reading);
+        brighter.brdf[1] += 0.1;
+        saturated.saturated = true;
+        for request in [saved(0, brighter), saved(0, saturated), saved(1, reading)] {
+            assert_eq!(device.request(&request).unwrap(), refused);
+        }
+        assert_eq!(device.request(&saved(0, reading)).unwrap(), Reply::Accepted);
         // After a second reset, the reading is accepted again. With another recipe, it is refused.
-        device.request(&hello(PROTOCOL)).unwrap();
-        assert_eq!(device.request(&saved(reading)).unwrap(), Reply::Accepted);
-        let hello_of_other_recipe = Request::Hello {
-            protocol: PROTOCOL,
-            model: ModelKind::Neural,
-            samples: 8,
-            recipe: 1,
-        };
-        device.request(&hello_of_other_recipe).unwrap();
-        assert_eq!(device.request(&saved(reading)).unwrap(), refused);
+        device.request(&hello(0)).unwrap();
+        assert_eq!(device.request(&saved(0, reading)).unwrap(), Reply::Accepted);
+        device.request(&hello(1)).unwrap();
+        assert_eq!(device.request(&saved(0, reading)).unwrap(), refused);
     });
     // The device closes the line.
     assert!(scanner.serve(&mut host).is_err());

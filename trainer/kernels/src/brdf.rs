@@ -5,8 +5,7 @@ use glimpse_core::model::{Model, Neural, NeuralParameters};
 
 use crate::dual::Dual;
 use crate::lanes::{
-    InstructionSet, Lanes, MAX_OCTETS, Octet, OctetDirections, WIDTH, coordinates,
-    from_coordinates, kernel, load_directions,
+    InstructionSet, Lanes, MAX_OCTETS, Octet, OctetDirections, WIDTH, kernel, load_directions,
 };
 
 kernel! {
@@ -81,7 +80,7 @@ fn neural_batch_on<L: Lanes>(
         for lane in 0..WIDTH {
             let angles = angles[lane.min(angles.len() - 1)];
             let at = HalfDifference::from_angles(Dual::<f32, 3>::variables(angles));
-            for (stored, Dual { value, tangent }) in stored.iter_mut().zip(coordinates(at)) {
+            for (stored, Dual { value, tangent }) in stored.iter_mut().zip(at.to_array()) {
                 let [by_theta_h, by_theta_d, by_phi_d] = tangent;
                 for (octet, entry) in
                     (stored.iter_mut()).zip([value, by_theta_h, by_theta_d, by_phi_d])
@@ -97,7 +96,7 @@ fn neural_batch_on<L: Lanes>(
                 *tangent = L::load([octet; MAX_OCTETS]);
             }
         }
-        let brdf = Neural::brdf::<Dual<L, 3>>(parameters, &from_coordinates(at));
+        let brdf = Neural::brdf::<Dual<L, 3>>(parameters, &HalfDifference::from_array(at));
         for (channel, Dual { value, tangent }) in brdf.into_iter().enumerate() {
             let mut octets = [[Octet::default(); MAX_OCTETS]; 4];
             value.store(&mut octets[0]);

@@ -24,7 +24,7 @@ use glimpse_core::numeric::{Real, Scalar};
 use crate::dual::Dual;
 use crate::inner_loop::{set, set_mut};
 use crate::lanes::{
-    Lanes, MAX_OCTETS, Octet, OneRegister, WIDTH, add_totals, coordinates, coordinates_mut, kernel,
+    Lanes, MAX_OCTETS, Octet, OneRegister, WIDTH, add_totals, coordinates_mut, kernel,
 };
 use crate::samples::{SampleOctets, entries, entries_mut};
 use crate::sums::{add_to_octets, constant_directions};
@@ -264,7 +264,7 @@ fn sample_adjoint<M: Model, S: Scalar>(
         let dual_by_at =
             M::accumulate_objective::<Dual<S>, _, true>(along, &dual_at, &mut objective, tangents);
         let sums = coordinates_mut(&mut by_at).into_iter();
-        for (sum, dual) in sums.zip(coordinates(dual_by_at)) {
+        for (sum, dual) in sums.zip(dual_by_at.to_array()) {
             *sum = *sum + dual.tangent[0];
         }
     }

@@ -1,10 +1,11 @@
 //! Samples in memory, in groups of eight as registers load them.
 
+use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{Sample, SampleGradient};
 
 use crate::lanes::{
-    InstructionSet, Lanes, MAX_OCTETS, Octet, OctetDirections, WIDTH, coordinates, coordinates_mut,
-    from_coordinates, load, load_directions,
+    InstructionSet, Lanes, MAX_OCTETS, Octet, OctetDirections, WIDTH, coordinates_mut, load,
+    load_directions,
 };
 
 /// The measured values of eight samples.
@@ -73,7 +74,7 @@ impl SampleOctets<'_> {
     #[must_use]
     pub fn sample(&self, octet: usize, lane: usize) -> Sample<f32> {
         Sample {
-            at: from_coordinates(coordinates(self.at[octet]).map(|octet| octet.0[lane])),
+            at: HalfDifference::from_array(self.at[octet].to_array().map(|octet| octet.0[lane])),
             measured: self.values[octet].map(|values| values.0[lane]),
             weight: self.weights[octet].0[lane],
         }
@@ -92,8 +93,8 @@ impl SampleOctets<'_> {
 
 /// Returns the entries of a gradient with respect to a sample.
 #[inline(always)]
-pub(crate) fn entries<S>(gradient: SampleGradient<S>) -> [S; 8] {
-    let [hx, hz, dx, dy, dz] = coordinates(gradient.at);
+pub(crate) fn entries<S: Copy>(gradient: SampleGradient<S>) -> [S; 8] {
+    let [hx, hz, dx, dy, dz] = gradient.at.to_array();
     let [red, green, blue] = gradient.measured;
     [hx, hz, dx, dy, dz, red, green, blue]
 }

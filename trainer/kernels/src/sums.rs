@@ -11,9 +11,7 @@ use glimpse_core::model::{Model, ParameterSet, Sample, SampleGradient};
 use glimpse_core::numeric::Scalar;
 
 use crate::dual::Dual;
-use crate::lanes::{
-    Lanes, MAX_OCTETS, Octet, RegisterPair, WIDTH, coordinates, coordinates_mut, kernel,
-};
+use crate::lanes::{Lanes, MAX_OCTETS, Octet, RegisterPair, WIDTH, coordinates_mut, kernel};
 use crate::samples::{SampleOctets, entries, entries_mut};
 
 /// Returns true if sums on lanes would fill the cache. Then sums over eight samples use narrow registers, and sums over a
@@ -142,7 +140,7 @@ pub(crate) fn constant_directions<S: Scalar>(at: HalfDifference<S>) -> HalfDiffe
     let mut constant = HalfDifference::zero();
     for (dual, value) in coordinates_mut(&mut constant)
         .into_iter()
-        .zip(coordinates(at))
+        .zip(at.to_array())
     {
         *dual = Dual::from_value(value);
     }

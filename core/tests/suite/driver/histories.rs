@@ -49,8 +49,9 @@ fn invalid_reading(random: &mut Random) -> Reading {
 }
 
 /// The next behavior of the host.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Mood {
+    #[default]
     Good,
     Silent,
     Refuses(ErrorCode),
@@ -61,10 +62,11 @@ enum Mood {
 }
 
 /// A host with its memory of the readings that it gave.
+#[derive(Default)]
 struct Computer {
     end: HostEnd,
     /// The last request.
-    request: Request,
+    request: Option<Request>,
     mood: Mood,
     given: Readings,
     /// All readings that it ever sent.
@@ -81,7 +83,7 @@ struct Computer {
 impl Computer {
     /// Replies to the last request, if it is not silent.
     fn reply(&mut self, random: &mut Random) -> Option<Reply> {
-        let request = &self.request.clone();
+        let request = &self.request.clone()?;
         if let Request::Hello { .. } = request {
             self.skips.clear();
             self.finishes_early = false;
@@ -228,18 +230,7 @@ impl World {
         Self {
             recipe,
             driver: Some(Driver::new(new_scan(recipe), config)),
-            host: Computer {
-                end: HostEnd::default(),
-                request: Request::Failed(Error::new(ErrorCode::Machine)),
-                mood: Mood::Good,
-                given: Readings::new(),
-                sent: Vec::new(),
-                skips: BTreeSet::new(),
-                finishes_early: false,
-                refused_saved: false,
-                accepted_finish: false,
-                moves: 0,
-            },
+            host: Computer::default(),
             now: 0,
             store: mount(Flash::new(4), &recipe),
             reference: Reference::default(),
@@ -470,7 +461,7 @@ impl World {
             let reply = match self.host.end.receive(*byte) {
                 Some(Ok(Received::New(request))) => {
                     self.host.moves += usize::from(matches!(request, Request::Measure { .. }));
-                    self.host.request = request;
+                    self.host.request = Some(request);
                     self.host.reply(&mut self.random)
                 }
                 // The host was silent before.
@@ -702,7 +693,6 @@ fn random_histories_keep_all_invariants() {
         }
     }
     // The histories contain all kinds of events often enough to mean something.
-    println!("{counts:?}");
     for event in ["attempts", "failed", "finished", "forget", "reset"] {
         assert!(counts[event] >= HISTORIES / 20, "{event}: {counts:?}");
     }

@@ -135,10 +135,8 @@ fn in_plane_arms_swing_through_normal() {
     assert_eq!(nearest(&machine), None);
     machine.through_normal = true;
     let actual = nearest(&machine).expect("in reach");
-    let Arms {
-        theta_i, theta_o, ..
-    } = actual.arms;
-    assert_eq!((actual.arms.phi_i, actual.arms.phi_o), (0.0, 0.0));
+    let [theta_i, phi_i, theta_o, phi_o] = actual.arms.to_array();
+    assert_eq!((phi_i, phi_o), (0.0, 0.0));
     assert!(close(theta_i.abs(), 40f32.to_radians()) && close(theta_o.abs(), 50f32.to_radians()));
     assert!(theta_i * theta_o < 0.0);
     // The sensor moves 80 degrees at 1 rad/s, the lamp 10 degrees at half this speed.

@@ -132,13 +132,7 @@ mod tests {
                     assert!(expected.hx == 0.0 && (at.dz - expected.dz).abs() < 1e-6);
                     continue;
                 }
-                for (actual, expected) in [
-                    (at.hx, expected.hx),
-                    (at.hz, expected.hz),
-                    (at.dx, expected.dx),
-                    (at.dy, expected.dy),
-                    (at.dz, expected.dz),
-                ] {
+                for (actual, expected) in at.to_array().into_iter().zip(expected.to_array()) {
                     // The round trip is ill-conditioned where the directions are nearly opposite,
                     // and its azimuth where the half vector is nearly the normal.
                     let tolerance = 1e-6 / at.dz.min(0.1) + 1e-7 / at.hx;

@@ -22,8 +22,8 @@ mod register;
 mod register_pair;
 
 pub use instruction_set::InstructionSet;
+pub(crate) use octet::coordinates_mut;
 pub use octet::{MAX_OCTETS, Octet, OctetDirections, Octets, WIDTH};
-pub(crate) use octet::{coordinates, coordinates_mut, from_coordinates};
 pub use portable::PortableLanes;
 pub use register::{Kernel, Lanes, OneRegister, load_directions};
 pub(crate) use register::{add_totals, kernel, load};

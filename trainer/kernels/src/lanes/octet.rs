@@ -23,10 +23,7 @@ impl Octet {
         };
         for lane in 0..WIDTH {
             let at = list.get(lane).unwrap_or(last);
-            for (octet, value) in coordinates_mut(&mut octets)
-                .into_iter()
-                .zip(coordinates(*at))
-            {
+            for (octet, value) in coordinates_mut(&mut octets).into_iter().zip(at.to_array()) {
                 octet.0[lane] = value;
             }
         }
@@ -34,24 +31,11 @@ impl Octet {
     }
 }
 
-/// Returns the coordinates hx, hz, dx, dy and dz.
-#[inline(always)]
-pub(crate) fn coordinates<T>(at: HalfDifference<T>) -> [T; 5] {
-    let HalfDifference { hx, hz, dx, dy, dz } = at;
-    [hx, hz, dx, dy, dz]
-}
-
 /// Returns references to the coordinates hx, hz, dx, dy and dz.
 #[inline(always)]
 pub(crate) fn coordinates_mut<T>(at: &mut HalfDifference<T>) -> [&mut T; 5] {
     let HalfDifference { hx, hz, dx, dy, dz } = at;
     [hx, hz, dx, dy, dz]
-}
-
-/// Returns half and difference vectors, given their [`coordinates`].
-#[inline(always)]
-pub(crate) fn from_coordinates<T>([hx, hz, dx, dy, dz]: [T; 5]) -> HalfDifference<T> {
-    HalfDifference { hx, hz, dx, dy, dz }
 }
 
 /// The consecutive octets that lanes are loaded from. Only the first [`Lanes::OCTETS`](super::Lanes::OCTETS) are read.

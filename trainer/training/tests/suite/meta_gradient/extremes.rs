@@ -46,11 +46,9 @@ fn cook_torrance_is_finite_at_extremes() {
             tangent: [random.random_range(-10.0..10.0)],
         });
         let at: [HalfDifference<f32>; WIDTH] = std::array::from_fn(|_| {
-            HalfDifference::from_angles(Angles {
-                theta_h: angle(&mut random),
-                theta_d: angle(&mut random),
-                phi_d: random.random_range(0.0..std::f32::consts::TAU),
-            })
+            let [theta_h, theta_d] = [(); 2].map(|()| angle(&mut random));
+            let phi_d = random.random_range(0.0..std::f32::consts::TAU);
+            HalfDifference::from_angles(Angles::from_array([theta_h, theta_d, phi_d]))
         });
         // Samples below the horizon are also computed, with weight 0.
         let weights = Octet(at.map(|at| f32::from(u8::from(at.is_valid()))));

@@ -94,7 +94,7 @@ impl Problem {
 
 /// Returns a gradient with respect to a sample as a list: half vector, difference vector and measured values.
 pub(crate) fn flat<T: Copy>(gradient: &SampleGradient<T>) -> [T; 8] {
-    let HalfDifference { hx, hz, dx, dy, dz } = gradient.at;
+    let [hx, hz, dx, dy, dz] = gradient.at.to_array();
     let [red, green, blue] = gradient.measured;
     [hx, hz, dx, dy, dz, red, green, blue]
 }
@@ -151,7 +151,7 @@ impl<R: Real> Steps<R> {
         let sample = |numbers: &[R; 9]| {
             let [hx, hz, dx, dy, dz, red, green, blue, weight] = *numbers;
             Sample {
-                at: HalfDifference { hx, hz, dx, dy, dz },
+                at: HalfDifference::from_array([hx, hz, dx, dy, dz]),
                 measured: [red, green, blue],
                 weight,
             }
@@ -183,8 +183,8 @@ fn random_inputs<M: Model>(deviation: f64, random: &mut ChaCha8Rng) -> Vec<f64> 
     inputs.extend((0..M::ACTIVE.count()).map(|_| uniform(0.02, 0.1)));
     inputs.push(uniform(0.05, 0.2));
     for angles in directions {
-        let HalfDifference { hx, hz, dx, dy, dz } = HalfDifference::from_angles(angles);
-        inputs.extend([hx, hz, dx, dy, dz].map(f64::from));
+        let at = HalfDifference::from_angles(angles);
+        inputs.extend(at.to_array().map(f64::from));
         inputs.extend([(); 3].map(|()| uniform(0.01, 0.6)));
         inputs.push(uniform(0.5, 1.5) / READINGS as f64);
     }

@@ -27,10 +27,8 @@ const STEPS: usize = 20;
 pub(crate) fn unpack(samples: &SampleOctets<'_>) -> Vec<Sample<f64>> {
     let all = (0..WIDTH * samples.octets()).map(|index| {
         let sample = samples.sample(index / WIDTH, index % WIDTH);
-        let HalfDifference { hx, hz, dx, dy, dz } = sample.at;
-        let [hx, hz, dx, dy, dz] = [hx, hz, dx, dy, dz].map(f64::from);
         Sample {
-            at: HalfDifference { hx, hz, dx, dy, dz },
+            at: HalfDifference::from_array(sample.at.to_array().map(f64::from)),
             measured: sample.measured.map(f64::from),
             weight: f64::from(sample.weight),
         }

@@ -4,9 +4,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::SampleGradient;
-use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
+use glimpse_kernels::lanes::{Octet, WIDTH};
 use glimpse_materials::sampling::sobol_valid;
-use glimpse_training::pattern::Reach;
+use glimpse_training::pattern::{Reach, SamplePattern};
 use glimpse_training::tasks::samples::WeightedSamples;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -32,25 +32,26 @@ fn is_valid(logits: [f64; 3]) -> bool {
     at.cos_theta_i() > 0.0 && at.cos_theta_o() > 0.0
 }
 
-/// Returns the logits of valid samples and of one sample below the horizon.
-fn logits_with_one_below_horizon(valid: usize, random: &mut ChaCha8Rng) -> Vec<[f32; 3]> {
-    let valid_samples = sobol_valid(valid, random.random()).into_iter();
+/// Returns a source of random numbers, and the pattern of an octet of samples with its logits. One sample is below the
+/// horizon.
+fn pattern_with_one_below_horizon(seed: u64) -> (ChaCha8Rng, Vec<[f32; 3]>, SamplePattern) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let valid_samples = sobol_valid(WIDTH - 1, random.random()).into_iter();
     let mut logits: Vec<_> = valid_samples.map(|at| Reach::ANY.logits(at)).collect();
     let below_horizon = [
         random.random_range(1.5..2.5),
         random.random_range(1.5..2.5),
         -2.5,
     ];
-    logits.insert(random.random_range(0..=valid), below_horizon);
-    logits
+    logits.insert(random.random_range(0..WIDTH), below_horizon);
+    let pattern = Reach::ANY.pattern(logits.as_flattened());
+    (random, logits, pattern)
 }
 
 /// Samples below the horizon are excluded.
 #[test]
 fn present_samples_have_equal_weights() {
-    let mut random = ChaCha8Rng::seed_from_u64(3);
-    let logits = logits_with_one_below_horizon(7, &mut random);
-    let pattern = Reach::ANY.pattern(logits.as_flattened());
+    let (mut random, logits, pattern) = pattern_with_one_below_horizon(3);
     let brdf: Vec<[f32; 3]> = (0..8).map(|_| random.random()).collect();
     let samples = WeightedSamples::present(&pattern.octet_directions, &brdf, &pattern.valid);
     let samples = unpack(&samples.octets());
@@ -59,9 +60,8 @@ fn present_samples_have_equal_weights() {
     let valid: Vec<_> = all.filter(|(logits, _)| is_valid(*logits)).collect();
     assert_eq!((samples.len(), valid.len()), (7, 7));
     for (sample, (logits, brdf)) in samples.iter().zip(valid) {
-        let (actual, expected) = (sample.at, half_difference(logits));
-        let coordinates = |at: HalfDifference<f64>| [at.hx, at.hz, at.dx, at.dy, at.dz];
-        for (actual, expected) in coordinates(actual).into_iter().zip(coordinates(expected)) {
+        let expected = half_difference(logits).to_array();
+        for (actual, expected) in sample.at.to_array().into_iter().zip(expected) {
             assert!((actual - expected).abs() < 1e-6, "{sample:?}");
         }
         assert_eq!(sample.measured, brdf.map(f64::from));
@@ -72,22 +72,14 @@ fn present_samples_have_equal_weights() {
 fn random_gradient(random: &mut ChaCha8Rng) -> SampleGradient<Octet> {
     let mut octet = || Octet(std::array::from_fn(|_| random.random_range(-1.0..1.0)));
     SampleGradient {
-        at: OctetDirections {
-            hx: octet(),
-            hz: octet(),
-            dx: octet(),
-            dy: octet(),
-            dz: octet(),
-        },
-        measured: [octet(), octet(), octet()],
+        at: HalfDifference::from_array([(); 5].map(|()| octet())),
+        measured: [(); 3].map(|()| octet()),
     }
 }
 
 #[test]
 fn invalid_sample_has_the_gradient_of_the_barrier() {
-    let mut random = ChaCha8Rng::seed_from_u64(1);
-    let logits = logits_with_one_below_horizon(7, &mut random);
-    let pattern = Reach::ANY.pattern(logits.as_flattened());
+    let (mut random, logits, pattern) = pattern_with_one_below_horizon(1);
     // The gradient with respect to the samples must not matter.
     let by_sample = [random_gradient(&mut random)];
     let by_logits =
@@ -109,11 +101,8 @@ fn invalid_sample_has_the_gradient_of_the_barrier() {
 /// Tests the chain rule from directions to logits with random gradients with respect to the directions.
 #[test]
 fn gradient_by_logits_follows_the_chain_rule() {
-    let mut largest = 0.0_f64;
     for seed in 0..50 {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let logits = logits_with_one_below_horizon(WIDTH - 1, &mut random);
-        let pattern = Reach::ANY.pattern(logits.as_flattened());
+        let (mut random, logits, pattern) = pattern_with_one_below_horizon(seed);
         let by_sample = random_gradient(&mut random);
         let by_logits = to_f64(
             &pattern.gradient_by_logits(|index| pattern.gradient_by_angles(&[by_sample], index)),
@@ -127,11 +116,8 @@ fn gradient_by_logits_follows_the_chain_rule() {
             }
             // The sum of coordinates times their derivatives.
             let product = |logits: [f64; 3]| {
-                let at = half_difference(logits);
-                let coordinates = [at.hx, at.hz, at.dx, at.dy, at.dz];
-                let by_at = &by_sample.at;
-                let slopes = [by_at.hx, by_at.hz, by_at.dx, by_at.dy, by_at.dz];
-                let terms = coordinates.iter().zip(slopes);
+                let coordinates = half_difference(logits).to_array().into_iter();
+                let terms = coordinates.zip(by_sample.at.to_array());
                 terms
                     .map(|(x, slope)| x * f64::from(slope.0[lane]))
                     .sum::<f64>()
@@ -143,7 +129,6 @@ fn gradient_by_logits_follows_the_chain_rule() {
                     product(logits)
                 };
                 let error = (actual - (product_at(1e-4) - product_at(-1e-4)) / 2e-4).abs();
-                largest = largest.max(error);
                 assert!(
                     error < 1e-4,
                     "seed {seed}, sample {lane}, logit {i}: {error}"
@@ -151,7 +136,6 @@ fn gradient_by_logits_follows_the_chain_rule() {
             }
         }
     }
-    println!("chain rule to the logits: largest error {largest:.1e}");
 }
 
 #[test]

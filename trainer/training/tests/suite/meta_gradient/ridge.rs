@@ -1,10 +1,8 @@
 //! The objective of schedule paper for Linear: its gradient, its folds, and patterns without valid samples.
 
 use glimpse_core::geometry::Angles;
-use glimpse_core::model::linear::EPSILON;
 use glimpse_fitting::linear::ComponentsAt;
 use glimpse_fitting::recipe::options::TrainingOptions;
-use glimpse_materials::Material;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_training::linear::{Columns, principal_components};
 use glimpse_training::outer::{MetaValues, OuterStep};
@@ -69,7 +67,7 @@ fn gradient_is_independent_of_threads() {
     });
 }
 
-/// The expected loss is that of ridge fits by normal equations, each with a basis of the other folds.
+/// The expected loss is that of ridge fits, each with a basis of the other folds.
 #[test]
 fn expected_loss_is_that_of_folds() {
     const FOLDS: usize = 5;
@@ -82,7 +80,9 @@ fn expected_loss_is_that_of_folds() {
         let others = columns.columns_of(|other| other % FOLDS != index % FOLDS);
         let basis = principal_components(&columns, &others, BASES);
         let pattern = ComponentsAt::new(&basis, Reach::ANY.reachable_angles(&values.pattern));
-        let coefficients = fit(&pattern, &**material);
+        let read = |angles: &Angles<f32>| material.at_angles(*angles);
+        let readings: Vec<_> = pattern.angles.iter().map(read).collect();
+        let coefficients = pattern.fit(&[ETA; BASES], &readings);
         let at = ComponentsAt::new(&basis, directions.clone());
         let errors = directions.iter().enumerate().map(|(direction, angles)| {
             let cosine = at.cos_theta_i[direction];
@@ -101,37 +101,11 @@ fn expected_loss_is_that_of_folds() {
     assert_eq!(estimate.materials, MATERIALS);
 }
 
-/// Solves the normal equations of each channel by elimination.
-fn fit(at: &ComponentsAt, material: &dyn Material) -> Vec<f32> {
-    let count = at.components;
-    let channels = (0..3).flat_map(|channel| {
-        let mapped = at.angles.iter().enumerate().map(|(sample, angles)| {
-            let y = f64::from(material.at_angles(*angles)[channel]);
-            let weight = f64::from(at.cosines[sample].value);
-            ((y * weight + EPSILON) / EPSILON).ln() - f64::from(at.mean[sample].value)
-        });
-        let mapped: Vec<f64> = mapped.collect();
-        let rows: Vec<f64> = at.rows.iter().copied().map(f64::from).collect();
-        let rows = nalgebra::DMatrix::from_row_slice(at.count(), count, &rows);
-        let eta = nalgebra::DMatrix::identity(count, count) * f64::from(ETA);
-        let matrix = rows.tr_mul(&rows) + eta;
-        let right = rows.tr_mul(&nalgebra::DVector::from_vec(mapped));
-        let solution = matrix.lu().solve(&right).expect("the matrix is regular");
-        let list: Vec<f32> = solution.iter().map(|entry| *entry as f32).collect();
-        list
-    });
-    channels.collect()
-}
-
 /// A pattern of one sample may move below the horizon during training. Without a measurement, the fit is the mean, and
 /// the barrier is the only gradient.
 #[test]
 fn gradient_without_valid_samples_is_the_barrier() {
-    let below_horizon = Angles {
-        theta_h: 1.5,
-        theta_d: 1.5,
-        phi_d: 0.1,
-    };
+    let below_horizon = Angles::from_array([1.5, 1.5, 0.1]);
     let values = MetaValues {
         pattern: Reach::ANY.logits(below_horizon).to_vec(),
         ..MetaValues::default()
