@@ -97,7 +97,6 @@ fn derivatives_match_finite_differences() {
                 }
             }
         }
-        println!("{model}: {wrong} of 1800");
         // Steps across a kink have large errors. Networks have kinks, and interpolation has many.
         let max_wrong = if model == ModelKind::Linear { 450 } else { 90 };
         assert!(wrong < max_wrong, "{model}: {wrong} of 1800");

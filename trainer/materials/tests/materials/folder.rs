@@ -1,35 +1,13 @@
 //! A temporary directory of material files, and helpers to read them.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use glimpse_materials::{Format, Material, NeuralBrdf, Source, SourceError, to_merl, to_nbrdf};
-use tempfile::TempDir;
 
+pub(crate) use crate::common::Folder;
 use crate::common::assert_names;
 
-/// A temporary directory.
-pub(crate) struct Folder(TempDir);
-
 impl Folder {
-    pub(crate) fn new() -> Self {
-        Self(tempfile::tempdir().expect("a temporary directory is created"))
-    }
-
-    pub(crate) fn path(&self) -> &Path {
-        self.0.path()
-    }
-
-    pub(crate) fn at(&self, name: &str) -> PathBuf {
-        self.path().join(name)
-    }
-
-    /// Writes a file and returns its path.
-    pub(crate) fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
-        fs::write(self.at(name), bytes).expect("the file is written");
-        self.at(name)
-    }
-
     /// Tabulates a material and writes the table.
     pub(crate) fn write_table(&self, name: &str, material: &dyn Material) -> PathBuf {
         self.write(name, to_merl(material).expect("the BRDF is finite"))

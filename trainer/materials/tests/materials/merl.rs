@@ -155,7 +155,6 @@ fn interpolation_error_is_within_its_bound() {
             assert!(error <= bound + 1e-6, "{error} at {point:?}, above {bound}");
         }
     }
-    println!("largest error between nodes: {largest:.2} of the bound");
     assert!(largest > 0.5, "{largest}: the bound is too loose");
 }
 

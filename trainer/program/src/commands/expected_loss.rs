@@ -87,10 +87,8 @@ mod tests {
     fn caution_about_built_in_materials_and_bundled_recipes() {
         let source = |origin| SourceShare {
             // The label must not matter, only the origin.
-            label: "procedural:400".to_owned(),
             origin,
-            materials: 1,
-            share: 0.5,
+            ..SourceShare::single(&glimpse_materials::Source("procedural:400".to_owned()), 1)
         };
         let [built_in, files] = [Origin::BuiltIn, Origin::Files].map(source);
         assert!(is_built_in(&[built_in.clone(), built_in.clone()]));

@@ -41,10 +41,6 @@ fn tables_of_fits_are_reciprocal_and_conserve_energy() {
     let materials = Source("procedural:12:4242".to_owned())
         .load()
         .expect("materials");
-    let tables: Vec<OutputFormat> = OutputFormat::ALL
-        .into_iter()
-        .filter(|format| format.is_table())
-        .collect();
     for recipe in ["linear-n4", "phong-n4", "cook-torrance-n4", "neural-n4"] {
         // The fits that break the laws most, and their errors.
         let fits = materials.par_iter().map(|material| {
@@ -68,8 +64,11 @@ fn tables_of_fits_are_reciprocal_and_conserve_energy() {
             "{recipe}"
         );
         for (fit, before) in [reciprocity, albedo] {
-            for format in &tables {
-                let after = errors_of_table(fit, *format, false);
+            for format in OutputFormat::ALL {
+                if !format.is_table() {
+                    continue;
+                }
+                let after = errors_of_table(fit, format, false);
                 assert!(
                     after.albedo <= 1.0,
                     "{recipe} {format:?}: {before:?}, {after:?}"

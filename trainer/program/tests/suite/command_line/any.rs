@@ -57,18 +57,11 @@ fn every_model_completes_readings() {
         );
     }
     assert_eq!(values(&folder, "default"), values(&folder, "linear"));
-    let csv = folder.read_text("neural/readings.csv");
-    let header: Vec<&str> = csv.lines().next().expect("a header").split(',').collect();
-    let column = |name: &str| {
-        let index = header.iter().position(|each| *each == name);
-        let rows = csv
-            .lines()
-            .skip(1)
-            .map(move |row| row.split(',').nth(index?)?.parse::<f64>().ok());
-        rows.collect::<Option<Vec<f64>>>()
-            .expect("a column of numbers")
-    };
-    for (fitted, deviation) in column("fitted_g").into_iter().zip(column("deviation_g")) {
+    let [fitted, deviations] =
+        ["fitted_g", "deviation_g"].map(|name| folder.column("neural/readings.csv", name));
+    for (fitted, deviation) in fitted.into_iter().zip(deviations) {
+        let [fitted, deviation] =
+            [fitted, deviation].map(|cell| cell.parse::<f64>().expect("a number"));
         assert!(
             (0.01..2.0).contains(&(deviation / fitted)),
             "{deviation} of {fitted}"
@@ -80,21 +73,16 @@ fn every_model_completes_readings() {
 #[test]
 fn rows_state_noise_and_repeat() {
     let folder = Folder::new();
-    folder.write(
-        "a.csv",
-        "theta_i,theta_o,value,noise\n45,30,0.2,0.01\n45,30,0.2,0.01\n30,0,9,0\n",
-    );
-    let report =
-        folder.succeed_as_json("fit --measurements a.csv --out exact --accept-implausible");
-    assert_eq!(report[0]["readings"]["used"], 2);
-    assert_eq!(report[0]["readings"]["repeated"], 1);
-    folder.write(
-        "a.csv",
-        "theta_i,theta_o,value,noise\n45,30,0.2,0.01\n45,30,0.2,0.01\n30,0,9,5\n",
-    );
-    let noisy = folder.succeed_as_json("fit --measurements a.csv --out noisy --accept-implausible");
+    let rows = "theta_i,theta_o,value,noise\n45,30,0.2,0.01\n45,30,0.2,0.01\n30,0,9,";
+    let [exact, noisy] = [0, 5].map(|noise| {
+        folder.write("a.csv", format!("{rows}{noise}\n"));
+        let fit = format!("fit --measurements a.csv --out {noise} --accept-implausible");
+        folder.succeed_as_json(&fit)
+    });
+    assert_eq!(exact[0]["readings"]["used"], 2);
+    assert_eq!(exact[0]["readings"]["repeated"], 1);
     let residual = |report: &Value| number(&report[0]["residual"]["mean"]);
-    assert!(residual(&noisy) > 2.0 * residual(&report), "{noisy}");
+    assert!(residual(&noisy) > 2.0 * residual(&exact), "{noisy}");
 
     folder.succeed("plan --geometry multi-angle --blank sheet.csv");
     let sheet = folder.read_text("sheet.csv").replace(",,,", ",0.1,0.2,0.3");

@@ -22,7 +22,6 @@ fn loss(folder: &Folder, options: &str) -> f64 {
 fn assert_compact_basis_is_accurate(folder: &Folder, basis: &str, recipe: &str) {
     let host = loss(folder, recipe);
     let compact = loss(folder, &format!("{recipe} --basis {basis}"));
-    println!("{recipe}: loss {host:.5} with the host's basis, {compact:.5} with the compact one");
     assert!(
         compact != host && (compact - host).abs() < 0.1 * host,
         "{compact}, {host}"
@@ -82,12 +81,7 @@ fn compact_basis_is_valid_for_every_n() {
             "json --components 3 => --components --format basis",
         ],
     );
-    assert!(!folder.exists("x"));
-}
-
-#[test]
-fn rejects_compact_basis_of_other_models() {
-    let folder = Folder::with("phong.recipe", PHONG_N8);
+    folder.write("phong.recipe", PHONG_N8);
     folder.fail_naming(&export("phong.recipe", "x"), &["linear"]);
     assert!(!folder.exists("x"));
 }

@@ -1,11 +1,12 @@
 //! A temporary folder in which commands run.
 
 use std::fs::{self, File};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 
 use serde_json::Value;
 
+pub(crate) use crate::common::Folder;
 use crate::common::assert_names;
 
 pub(crate) const PHONG_N8: &[u8] =
@@ -15,17 +16,8 @@ pub(crate) const NEURAL_N8: &[u8] =
 pub(crate) const COOK_TORRANCE_N8: &[u8] =
     include_bytes!("../../../../../core/examples/recipes/cook-torrance-n8.recipe");
 
-/// A temporary folder. File names are relative to it, and commands run in it.
-///
-/// A command is one line without the program's name. Words are quoted as in a shell.
-pub(crate) struct Folder(tempfile::TempDir);
-
+/// Commands run in the folder. A command is one line without the program's name. Words are quoted as in a shell.
 impl Folder {
-    /// An empty folder.
-    pub(crate) fn new() -> Self {
-        Self(tempfile::tempdir().expect("a temporary directory"))
-    }
-
     /// A folder with one file.
     pub(crate) fn with(name: &str, bytes: &[u8]) -> Self {
         let folder = Self::new();
@@ -33,20 +25,8 @@ impl Folder {
         folder
     }
 
-    pub(crate) fn path(&self) -> &Path {
-        self.0.path()
-    }
-
-    pub(crate) fn at(&self, name: &str) -> PathBuf {
-        self.path().join(name)
-    }
-
     pub(crate) fn exists(&self, name: &str) -> bool {
         self.at(name).exists()
-    }
-
-    pub(crate) fn write(&self, name: &str, content: impl AsRef<[u8]>) {
-        fs::write(self.at(name), content).expect("the file is written");
     }
 
     pub(crate) fn read(&self, name: &str) -> Vec<u8> {
@@ -59,6 +39,16 @@ impl Folder {
 
     pub(crate) fn read_json(&self, name: &str) -> Value {
         serde_json::from_slice(&self.read(name)).expect("valid JSON")
+    }
+
+    /// Returns the cells of a column of a CSV file.
+    pub(crate) fn column(&self, file: &str, name: &str) -> Vec<String> {
+        let text = self.read_text(file);
+        let mut rows = text.lines().map(|row| row.split(',').collect::<Vec<_>>());
+        let header = rows.next().expect("a header");
+        let column = header.iter().position(|title| *title == name);
+        let column = column.expect("a column of this name");
+        rows.map(|row| row[column].to_owned()).collect()
     }
 
     /// Returns the sorted names of the entries of a subfolder, or of this folder for "".

@@ -16,6 +16,19 @@ fn rejects_options_without_effect_and_numbers_out_of_range() {
             "bench --model linear => linear",
         ],
     );
+    folder.fail_each(
+        "train --model linear --samples 4 --out x.recipe --data procedural:2",
+        &[
+            "--share 1 => --share",
+            "--data procedural:2:1 --share 1 => --share",
+            "--data procedural:2:1 --share 1,0 => --share",
+            "--data procedural:3 => procedural:3",
+            "--max-theta-i 20 --min-separation 50 => --min-separation",
+            "--max-theta-i 120 => --max-theta-i",
+            "--schedule prior --missing 1.5 => --missing",
+            "--scan-seconds 2 => 2",
+        ],
+    );
     for (command, option) in [
         ("train --model phong --out r.recipe", "-n"),
         ("reproduce curves", "--most-samples"),

@@ -80,23 +80,6 @@ fn trains_inspects_exports_and_evaluates_prior_recipes() {
 }
 
 #[test]
-fn rejects_invalid_options() {
-    let folder = Folder::new();
-    folder.fail_each(
-        "train --model linear --samples 3 --out x.recipe",
-        &[
-            "--data procedural:2 --share 1 => --share",
-            "--data procedural:2 --data procedural:2:1 --share 1 => --share",
-            "--data procedural:2 --data procedural:2:1 --share 1,0 => --share",
-            "--data procedural:2 --data procedural:3 => procedural:3",
-            "--max-theta-i 20 --min-separation 50 => --min-separation",
-            "--max-theta-i 120 => --max-theta-i",
-            "--schedule prior --missing 1.5 => --missing",
-        ],
-    );
-}
-
-#[test]
 fn evaluates_with_missing_and_noisy_readings() {
     let folder = Folder::new();
     folder.add_bundled("completed/phong-n8.recipe");
@@ -117,10 +100,8 @@ fn evaluates_with_missing_and_noisy_readings() {
     };
     let [all, sixteen, eight, one] = ["", "--first 16", "--first 8", "--first 1"].map(loss);
     assert_eq!(all, sixteen);
-    println!("16 readings {all:.4}, 8 {eight:.4}, 1 {one:.4}");
-    assert!(all < eight && eight < one && one < 0.1);
+    assert!(all < eight && eight < one && one < 0.1, "{eight} {one}");
     let [coarse, fine] = ["--levels 20", "--levels 100000"].map(loss);
-    println!("20 levels {coarse:.4}, 100,000 {fine:.4}");
     assert!(all < coarse && coarse < 0.1 && (fine / all - 1.0).abs() < 0.02);
 }
 

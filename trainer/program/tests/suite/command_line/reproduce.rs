@@ -19,23 +19,16 @@ fn frontier_has_seconds_of_every_training() {
     folder.succeed(
         "reproduce frontier --effort brief --most-samples 2 --data procedural:12:3 --test procedural:1:9 --out paper",
     );
-    let csv = folder.read_text("paper/frontier/evaluations.csv");
-    let mut lines = csv.lines();
-    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
-    let column = |name: &str| header.iter().position(|title| *title == name);
-    let [n, variation, seconds] =
-        ["n", "Variation", "seconds"].map(|name| column(name).expect("a column"));
+    let column = |name| folder.column("paper/frontier/evaluations.csv", name);
+    let [all_n, variations, all_seconds] = ["n", "Variation", "seconds"].map(column);
     // Two methods for samples, three budgets, and chosen directions, each with n = 1 and 2.
-    assert_eq!(lines.clone().count(), 12);
-    for line in lines {
-        let cells: Vec<&str> = line.split(',').collect();
-        let [n, seconds] = [n, seconds].map(|index| cells[index].parse::<f64>());
-        let motion = seconds.expect("a number") - 0.5 * n.expect("a number");
-        assert!(motion > 0.0, "{line}");
-        assert!(
-            motion <= 5.0 || !cells[variation].starts_with("5 s"),
-            "{line}"
-        );
+    assert_eq!(all_n.len(), 12);
+    for ((n, seconds), variation) in all_n.iter().zip(&all_seconds).zip(variations) {
+        let [n, seconds] = [n, seconds].map(|cell| cell.parse::<f64>().expect("a number"));
+        let motion = seconds - 0.5 * n;
+        assert!(motion > 0.0, "{variation} {n} {seconds}");
+        let is_short = motion <= 5.0 || !variation.starts_with("5 s");
+        assert!(is_short, "{variation} {n} {seconds}");
     }
     for plot in ["loss", "delta-e"] {
         assert!(

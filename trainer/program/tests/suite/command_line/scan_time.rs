@@ -52,9 +52,3 @@ fn scans_end_at_target() {
     );
     assert_eq!(whole["early_held"], Value::Null);
 }
-
-#[test]
-fn rejects_too_short_scans() {
-    let train = "train --model phong --out x.recipe --data procedural:2 -n 4 --scan-seconds 2";
-    Folder::new().fail_naming(train, &["2"]);
-}
