@@ -14,23 +14,14 @@ use crate::microcontroller::{Binary, COUNTING, spawn};
 /// Cycles of a pipeline refill after a branch.
 const REFILL: u64 = 2;
 
-/// The cost of a fit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FitCost {
-    /// The number of executed instructions.
-    pub instructions: u64,
-    /// The number of clock cycles, computed from Arm's tables.
-    pub cycles: u64,
-}
-
-/// Returns the cost of a binary's fit: the instructions between two calls of the function that reads its counter. The
-/// program calls that function `calls_after_fit` times after the fit.
+/// Returns the clock cycles of a binary's fit, from Arm's tables: those of the instructions between two calls of the
+/// function that reads its counter. The program calls that function `calls_after_fit` times after the fit.
 ///
 /// # Panics
 /// If the binary does not exist, is not for a Cortex-M4F, or calls that function too few times, or if QEMU or
 /// `arm-none-eabi-objdump` is not installed.
 #[must_use]
-pub fn fit_cost(binary: &Binary, calls_after_fit: usize) -> FitCost {
+pub fn fit_cycles(binary: &Binary, calls_after_fit: usize) -> u64 {
     let program = Program::load(binary);
     let trace = trace(binary);
     let calls: Vec<usize> = trace
@@ -54,10 +45,7 @@ pub fn fit_cost(binary: &Binary, calls_after_fit: usize) -> FitCost {
         let is_sequential = matches!(next.wrapping_sub(*address), 2 | 4);
         instruction.cycles(!is_sequential)
     });
-    FitCost {
-        instructions: fit.len() as u64,
-        cycles: cycles.sum(),
-    }
+    cycles.sum()
 }
 
 /// Runs the binary and returns the addresses of all executed instructions, in order.

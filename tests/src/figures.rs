@@ -3,7 +3,7 @@
 
 use glimpse_bench::recipes;
 
-use crate::cycles;
+use crate::cycles::fit_cycles;
 use crate::emulator::Emulator;
 use crate::host::{noiseless_scanner, unseen_material};
 use crate::microcontroller::{BOARD, Binary, MathLibrary, TARGETS, Target};
@@ -108,10 +108,7 @@ pub fn figures(extent: Extent) -> Vec<(String, u64)> {
                     }
                 }
                 if extent == Extent::All && target == BOARD {
-                    add(
-                        "fit_cycles",
-                        cycles::fit_cost(&binary, CALLS_AFTER_FIT).cycles,
-                    );
+                    add("fit_cycles", fit_cycles(&binary, CALLS_AFTER_FIT));
                 }
                 let basis = output.get("basis_parse_instructions");
                 let basis = basis.map_or(0, |_| recipes::BASIS.len());

@@ -119,12 +119,9 @@ fn serve(
         Err(error) => panic!("{error}"),
     };
     // Skips requests that were sent before the reset.
+    let is_hello = |request: &Request| matches!(request, Request::Hello { .. });
     let start = line.requests.iter().position(is_hello).unwrap_or_default();
     (line.requests.split_off(start), report)
-}
-
-fn is_hello(request: &Request) -> bool {
-    matches!(request, Request::Hello { .. })
 }
 
 /// Returns true for the request of a sample.

@@ -129,11 +129,7 @@ mod tests {
 
     #[test]
     fn weights_by_cosine_of_incoming_direction() {
-        let angles = Angles {
-            theta_h: 0.4,
-            theta_d: 0.3,
-            phi_d: 0.7,
-        };
+        let angles = Angles::from_array([0.4, 0.3, 0.7]);
         let at = [HalfDifference::from_angles(angles)];
         // 1 + f c = 2
         let brdf = |at: &HalfDifference<f32>| [1.0 / at.cos_theta_i(); 3];

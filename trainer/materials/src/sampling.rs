@@ -165,7 +165,6 @@ fn angles(cell: [usize; 3], within: [f32; 3]) -> Angles<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Procedural;
 
     #[test]
     fn sphere_views_follow_disc_and_sky() {
@@ -188,10 +187,8 @@ mod tests {
 
     #[test]
     fn samples_follow_the_density() {
-        let materials: Vec<Box<dyn Material>> = Procedural::set(5, 3)
-            .into_iter()
-            .map(|material| Box::new(material) as Box<dyn Material>)
-            .collect();
+        let materials = crate::Source("procedural:5:3".to_owned()).load();
+        let materials = materials.expect("procedural materials");
         let mean = MeanBrdf::new(&materials);
         let samples = mean.samples(4_096, 1);
         assert_eq!(samples.len(), 4_096);

@@ -228,12 +228,7 @@ mod tests {
             ..Groups::default()
         };
         let mut checkpoint = TrainingState::new(RUN, values.clone());
-        let rates = Groups {
-            initial: 1e-3,
-            hyperparameters: 1e-3,
-            pattern: 1e-3,
-            ..Groups::default()
-        };
+        let rates = values.clone().map(|_: Vec<f32>| 1e-3);
         checkpoint.optimizer.step(values, &rates);
         checkpoint
     }

@@ -167,11 +167,7 @@ mod tests {
 
     fn read(degradation: Degradation, seed: u64) -> Vec<Option<[f32; 3]>> {
         let material = Procedural::set(1, 3).remove(0);
-        let angles = Angles {
-            theta_h: 0.3,
-            theta_d: 0.4,
-            phi_d: 1.0,
-        };
+        let angles = Angles::from_array([0.3, 0.4, 1.0]);
         let mut reader = degradation.reader(&material, 8, seed);
         (0..8).map(|index| reader.read(index, angles)).collect()
     }

@@ -2,12 +2,8 @@
 
 use super::*;
 
-/// Held-out losses that depend on their coefficients, and on noise of amplitude `noise`.
-fn held_out(noise: f32) -> Vec<HeldOutLoss> {
-    held_out_from(0, noise)
-}
-
-fn held_out_from(first: usize, noise: f32) -> Vec<HeldOutLoss> {
+/// Held-out losses of 400 materials that depend on their coefficients, and on noise of amplitude `noise`.
+fn held_out(first: usize, noise: f32) -> Vec<HeldOutLoss> {
     let wave = |index: usize, frequency: f32| (frequency * index as f32).sin();
     (first..first + 400)
         .map(|index| {
@@ -33,7 +29,7 @@ fn held_out_from(first: usize, noise: f32) -> Vec<HeldOutLoss> {
 
 #[test]
 fn predicts_loss_determined_by_coefficients() {
-    let held_out = held_out(0.0);
+    let held_out = held_out(0, 0.0);
     let predictor = LossPredictor::new(&held_out, 4).expect("there are enough materials");
     for each in &held_out {
         let ratio = predictor.loss(each) / f64::from(each.loss);
@@ -44,11 +40,10 @@ fn predicts_loss_determined_by_coefficients() {
 
 #[test]
 fn mean_prediction_is_unbiased_with_noise() {
-    let held_out = held_out(0.6);
-    let predictor = LossPredictor::new(&held_out, 4).expect("there are enough materials");
+    let predictor = LossPredictor::new(&held_out(0, 0.6), 4).expect("there are enough materials");
     let (mut predicted, mut actual) = (0.0, 0.0);
     // Other materials of the same distribution.
-    for each in held_out_from(400, 0.6) {
+    for each in held_out(400, 0.6) {
         predicted += predictor.loss(&each);
         actual += f64::from(each.loss);
     }
@@ -62,7 +57,7 @@ fn mean_prediction_is_unbiased_with_noise() {
 
 #[test]
 fn rejects_missing_data_and_excessive_weights() {
-    let mut tiny_features = held_out(0.0);
+    let mut tiny_features = held_out(0, 0.0);
     for each in &mut tiny_features {
         each.coefficients[0] *= 1e-6;
     }
@@ -89,7 +84,7 @@ fn equal_numbers_share_their_rank() {
 /// Losses that are twice and 1.5 times as large after 1 and 3 of 4 readings.
 #[test]
 fn predicts_loss_of_scans_that_end_early() {
-    let complete = held_out(0.2);
+    let complete = held_out(0, 0.2);
     let scaled = |factor: f32| {
         let scaled = complete.iter().map(|each| HeldOutLoss {
             loss: factor * each.loss,

@@ -109,11 +109,7 @@ mod tests {
 
     #[test]
     fn warp_scales_tangent_of_theta_h() {
-        let angles = Angles {
-            theta_h: 0.1,
-            theta_d: 0.5,
-            phi_d: 1.0,
-        };
+        let angles = Angles::from_array([0.1, 0.5, 1.0]);
         let (warped, _) = HighlightWarp { stretch: 1.5 }.angles(angles);
         assert!((warped.theta_h.tan() - 1.5 * 0.1_f32.tan()).abs() < 1e-6);
         assert_eq!(

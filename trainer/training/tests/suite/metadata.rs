@@ -117,11 +117,6 @@ fn error_names_invalid_number() {
 #[test]
 fn error_names_invalid_option() {
     type Change = fn(&mut TrainingOptions);
-    let below_horizon = Angles {
-        theta_h: 1.5,
-        theta_d: 1.5,
-        phi_d: 0.0,
-    };
     let changes: [(&str, Change); 6] = [
         ("noise", |options| options.noise = f32::NAN),
         ("scan_seconds", |options| options.scan_seconds = Some(-1.0)),
@@ -147,7 +142,7 @@ fn error_names_invalid_option() {
     let mut damaged = full();
     let options = &mut damaged.training.as_mut().unwrap().options;
     (options.scan_seconds, options.speeds) = (None, SpeedArgs::default());
-    options.pattern = vec![below_horizon];
+    options.pattern = vec![Angles::from_array([1.5, 1.5, 0.0])];
     let error = decoding_error(&damaged);
     assert!(
         matches!(

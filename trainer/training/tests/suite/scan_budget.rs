@@ -31,17 +31,10 @@ fn machine(settle: f64, limits: Limits) -> TimedMachine {
     }
 }
 
-fn motion(seconds: f64, settle: f64, limits: Limits, samples: usize) -> Motion {
-    Motion::new(seconds, machine(settle, limits), samples)
-}
-
 fn random_angles(random: &mut ChaCha8Rng) -> Vec<Angles<f32>> {
-    let mut draw = || Angles {
-        theta_h: random.random_range(0.05..0.6_f32),
-        theta_d: random.random_range(0.1..0.8_f32),
-        phi_d: random.random_range(0.1..3.0_f32),
-    };
-    (0..SAMPLES).map(|_| draw()).collect()
+    let ranges = [0.05..0.6, 0.1..0.8, 0.1..3.0_f32];
+    let mut draw = || ranges.clone().map(|range| random.random_range(range));
+    (0..SAMPLES).map(|_| Angles::from_array(draw())).collect()
 }
 
 /// Returns the travel time of a path by the route's own computation.
@@ -92,7 +85,7 @@ fn weighted_gradient_matches_differences() {
             continue;
         }
         smooth_paths += 1;
-        let motion = motion(path_seconds(&angles), 0.0, limits, SAMPLES);
+        let motion = Motion::new(path_seconds(&angles), machine(0.0, limits), SAMPLES);
         assert!((motion.path(&angles).seconds - path_seconds(&angles)).abs() < 1e-9);
         let mut weight = 0.5;
         let gradient = motion.weighted_gradient(&logits, 1.0, &mut weight);
@@ -121,7 +114,7 @@ fn faster_order_shortens_path_and_shortened_pattern_is_within_budget() {
         min_separation: 0.2,
         in_plane: false,
     };
-    let within = |seconds| motion(seconds, 0.5, limits, 12);
+    let within = |seconds| Motion::new(seconds, machine(0.5, limits), 12);
     let motion = within(12.0);
     let mut logits: Vec<f32> = (0..36).map(|_| random.random_range(-2.0..2.0)).collect();
     let path = |logits: &[f32]| {
@@ -154,17 +147,6 @@ fn faster_order_shortens_path_and_shortened_pattern_is_within_budget() {
     assert!(matches!(error, ScanBudgetError::TooFast { reached, .. } if reached > 6.01));
 }
 
-fn options(model: ModelKind, samples: usize, scan_seconds: f64) -> TrainingOptions {
-    TrainingOptions {
-        scan_seconds: Some(scan_seconds),
-        speeds: SpeedArgs {
-            speed: Some(Arms::from_array(SPEEDS)),
-            settle: Some(0.5),
-        },
-        ..TrainingOptions::new(model, samples, Schedule::Prior, Effort::Brief, 2)
-    }
-}
-
 #[test]
 fn trained_recipes_of_all_models_keep_their_budget() {
     for (model, missing) in [
@@ -179,7 +161,12 @@ fn trained_recipes_of_all_models_keep_their_budget() {
                 max_theta_i: Some(80.0),
                 ..LimitArgs::default()
             },
-            ..options(model, 5, 9.0)
+            scan_seconds: Some(9.0),
+            speeds: SpeedArgs {
+                speed: Some(Arms::from_array(SPEEDS)),
+                settle: Some(0.5),
+            },
+            ..TrainingOptions::new(model, 5, Schedule::Prior, Effort::Brief, 2)
         };
         let learned = train(&options, "procedural", procedural(10, 3), None, &mut |_| {
             ControlFlow::Continue(())

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use glimpse_core::model::{Model, Neural};
 use glimpse_gradcheck::parameters;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{Material, NeuralBrdf, Procedural};
+use glimpse_materials::{Material, NeuralBrdf, Source};
 use glimpse_training::outer::{MetaValues, StepObserver};
 use glimpse_training::run::TrainError;
 use glimpse_training::tasks::pool::WarpedPool;
@@ -15,13 +15,8 @@ use rand_chacha::ChaCha8Rng;
 
 /// Returns materials of the built-in set.
 pub(crate) fn procedural(count: usize, seed: u64) -> Vec<Box<dyn Material>> {
-    boxed(Procedural::set(count, seed))
-}
-
-pub(crate) fn boxed<M: Material + 'static>(list: Vec<M>) -> Vec<Box<dyn Material>> {
-    let list = list.into_iter();
-    list.map(|material| Box::new(material) as Box<dyn Material>)
-        .collect()
+    let source = Source(format!("procedural:{count}:{seed}"));
+    source.load().expect("the source is valid")
 }
 
 /// Returns a network with random weights. Most of its outputs are positive.
@@ -76,7 +71,6 @@ pub(crate) fn assert_gradient_matches_loss(
         };
         let slope = (loss_at(1.0) - loss_at(-1.0)) / (2.0 * step);
         let error = (slope - square).abs() / square;
-        println!("{name}, group {group}: {slope:.4e} and {square:.4e}");
         assert!(error < 0.015, "{name}, group {group}: {slope} and {square}");
         compared += 1;
     }

@@ -56,11 +56,7 @@ fn derivatives_are_finite_at_the_poles() {
     for theta_h in [0.0, -0.0, 1e-20, 0.3] {
         for theta_d in [0.0, 1e-20, 0.3] {
             for phi_d in [0.0, PI, TAU, -1.0] {
-                let angles = Angles {
-                    theta_h,
-                    theta_d,
-                    phi_d,
-                };
+                let angles = Angles::from_array([theta_h, theta_d, phi_d]);
                 let (values, derivative) = Dual::split(tensors.brdf(Dual::variables(angles)));
                 assert!(values.iter().all(|value| *value > 0.0), "{angles:?}");
                 let finite = derivative

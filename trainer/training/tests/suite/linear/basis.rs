@@ -108,11 +108,6 @@ fn components_are_the_first_singular_vectors_times_their_values() {
             max_cosine = max_cosine.max(cosine.abs());
         }
     }
-    println!(
-        "singular values {:.1} to {:.1}: largest error of lengths {max_error:.1e}, largest cosine {max_cosine:.1e}",
-        expected[0],
-        expected[components.ncols() - 1]
-    );
     assert!(max_error < 1e-4, "{max_error}");
     assert!(max_cosine < 1e-4, "{max_cosine}");
     // At most the number of columns minus one, because the mean is subtracted.

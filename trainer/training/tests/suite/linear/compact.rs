@@ -67,7 +67,6 @@ fn files_approximate_table() {
     for (file, scale) in [(&COMPACT, 1.0), (&HOST, 0.7)] {
         let count = MATERIALS.materials.len();
         let losses: Vec<f64> = (0..count).map(|index| loss(file, index)).collect();
-        println!("{losses:.4?}");
         // Every other material is a network with random weights, which is rougher than real materials.
         for (material, loss) in losses.iter().enumerate() {
             let bound = if material % 2 == 0 { 0.08 } else { 0.02 };
