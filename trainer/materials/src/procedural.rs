@@ -12,11 +12,15 @@
 
 mod reflectors;
 
+use csv::Trim;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::numeric::{Scalar, Trigonometry};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
+use std::fmt;
+use std::sync::LazyLock;
 
 use crate::{Brdf, BrdfWithDerivative, Material};
 use glimpse_kernels::Dual;
@@ -26,10 +30,9 @@ use reflectors::{Film, Lobe};
 type Range = [f64; 2];
 
 /// The parameter ranges of a class. `roughness`, `haze_roughness_ratio`, `fresnel` and `diffuse` are log-uniform.
+#[derive(Deserialize)]
 struct ClassRanges {
     class: Class,
-    /// The last part of a material's name.
-    name: &'static str,
     /// The fraction of a set's materials that are of this class.
     share: f64,
     /// Roughness of the highlight's core.
@@ -49,8 +52,9 @@ struct ClassRanges {
     layer: Option<Range>,
 }
 
-/// A class of materials.
-#[derive(Clone, Copy, Debug)]
+/// A class of materials. Its text is the last part of a material's name.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 enum Class {
     Metal,
     MetallicPaint,
@@ -63,116 +67,25 @@ enum Class {
     Velvet,
 }
 
-const CLASSES: [ClassRanges; 9] = [
-    ClassRanges {
-        class: Class::Metal,
-        name: "metal",
-        share: 0.16,
-        roughness: [0.003, 0.3],
-        haze_roughness_ratio: [1.5, 8.0],
-        haze_share: [0.1, 0.8],
-        fresnel: [0.1, 0.6],
-        diffuse: [1e-4, 0.1],
-        max_retro: 0.0,
-        layer: None,
-    },
-    ClassRanges {
-        class: Class::MetallicPaint,
-        name: "metallic-paint",
-        share: 0.11,
-        roughness: [0.004, 0.2],
-        haze_roughness_ratio: [1.5, 16.0],
-        haze_share: [0.2, 0.95],
-        fresnel: [0.03, 0.25],
-        diffuse: [0.003, 0.3],
-        max_retro: 0.0,
-        layer: None,
-    },
-    ClassRanges {
-        class: Class::Plastic,
-        name: "plastic",
-        share: 0.22,
-        roughness: [0.002, 0.25],
-        haze_roughness_ratio: [1.5, 8.0],
-        haze_share: [0.1, 0.8],
-        fresnel: [0.015, 0.06],
-        diffuse: [0.002, 0.7],
-        max_retro: 0.0,
-        layer: None,
-    },
-    ClassRanges {
-        class: Class::Rubber,
-        name: "rubber",
-        share: 0.09,
-        roughness: [0.15, 0.6],
-        haze_roughness_ratio: [1.2, 2.5],
-        haze_share: [0.2, 0.9],
-        fresnel: [0.01, 0.06],
-        diffuse: [0.01, 0.6],
-        max_retro: 0.0,
-        layer: None,
-    },
-    ClassRanges {
-        class: Class::Fabric,
-        name: "fabric",
-        share: 0.10,
-        roughness: [0.25, 0.9],
-        haze_roughness_ratio: [1.1, 1.8],
-        haze_share: [0.2, 0.9],
-        fresnel: [0.01, 0.08],
-        diffuse: [0.01, 0.6],
-        max_retro: 0.15,
-        layer: None,
-    },
-    ClassRanges {
-        class: Class::Wood,
-        name: "wood",
-        share: 0.09,
-        roughness: [0.05, 0.4],
-        haze_roughness_ratio: [1.3, 4.0],
-        haze_share: [0.1, 0.8],
-        fresnel: [0.015, 0.06],
-        diffuse: [0.05, 0.7],
-        max_retro: 0.05,
-        layer: None,
-    },
-    ClassRanges {
-        class: Class::PearlescentPaint,
-        name: "pearlescent-paint",
-        share: 0.12,
-        roughness: [0.004, 0.05],
-        haze_roughness_ratio: [4.0, 60.0],
-        haze_share: [0.3, 0.95],
-        fresnel: [0.02, 0.06],
-        diffuse: [0.003, 0.5],
-        max_retro: 0.0,
-        layer: Some([0.03, 0.5]),
-    },
-    ClassRanges {
-        class: Class::CoatedMetal,
-        name: "coated-metal",
-        share: 0.06,
-        roughness: [0.004, 0.05],
-        haze_roughness_ratio: [3.0, 40.0],
-        haze_share: [0.5, 0.95],
-        fresnel: [0.02, 0.06],
-        diffuse: [1e-3, 0.1],
-        max_retro: 0.0,
-        layer: Some([0.1, 0.8]),
-    },
-    ClassRanges {
-        class: Class::Velvet,
-        name: "velvet",
-        share: 0.05,
-        roughness: [0.2, 0.7],
-        haze_roughness_ratio: [1.1, 1.6],
-        haze_share: [0.2, 0.9],
-        fresnel: [0.01, 0.06],
-        diffuse: [0.003, 0.5],
-        max_retro: 0.5,
-        layer: None,
-    },
-];
+/// The classes, in the order of their indices.
+static CLASSES: LazyLock<Vec<ClassRanges>> = LazyLock::new(|| {
+    let mut reader = csv::ReaderBuilder::new();
+    let reader = reader
+        .comment(Some(b'#'))
+        .has_headers(false)
+        .trim(Trim::All);
+    // The fields of a missing layer are one empty field.
+    let reader = reader.flexible(true).from_reader(CLASS_ROWS.as_bytes());
+    let rows = reader.into_deserialize().collect::<Result<_, _>>();
+    rows.expect("the rows have the fields of `ClassRanges`")
+});
+const CLASS_ROWS: &str = include_str!("procedural/classes.csv");
+
+impl fmt::Display for Class {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
+    }
+}
 
 /// A procedural material.
 #[derive(Clone, Debug)]
@@ -218,7 +131,7 @@ impl Procedural {
         let mut remaining_share =
             (index as f64 * 0.618_033_988_749_895 + uniform(random, 0.0, 0.02)) % 1.0;
         let mut ranges = &CLASSES[0];
-        for candidate in &CLASSES {
+        for candidate in &*CLASSES {
             ranges = candidate;
             remaining_share -= ranges.share;
             if remaining_share < 0.0 {
@@ -230,7 +143,7 @@ impl Procedural {
             0 => String::new(),
             seed => format!("{seed}-"),
         };
-        let name = format!("procedural-{prefix}{index:03}-{}", ranges.name);
+        let name = format!("procedural-{prefix}{index:03}-{}", ranges.class);
         Self::from_ranges(ranges, name, random)
     }
 
