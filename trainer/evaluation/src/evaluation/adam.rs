@@ -1,4 +1,4 @@
-//! Adam (Kingma and Ba 2015) on a model's parameters: the methods Random and Optimum.
+//! Adam (Kingma and Ba 2015) on a model's parameters: the methods Random and Optimum, and refinement of any fit.
 
 use glimpse_core::model::Sample;
 use glimpse_kernels::ModelKernels;
@@ -22,7 +22,7 @@ const OPTIMUM_STARTS: usize = 16;
 /// Each start of the method Optimum is first tried with a fraction of the steps: all steps divided by this number. The
 /// best one then takes all steps.
 const OPTIMUM_TRIAL_DIVISOR: usize = 25;
-/// The number of directions from which the method Optimum draws samples.
+/// The number of directions from which the method Optimum and refinement draw samples.
 const POOL: usize = 65_536;
 
 /// A model's parameters and burn's Adam optimizer. Only the group `initial` of the optimizer is used. It holds the
@@ -91,6 +91,24 @@ pub(super) fn random(
         let mut gradient = vec![0.0; adam.parameters.len()];
         (kernels.gradient_by_sample)(&adam.parameters, samples, &mut gradient);
         adam.step(gradient, RANDOM_RATE);
+    }
+    adam.parameters
+}
+
+/// Refines a fit by `steps` steps, each on 512 fresh samples (paper, "Convergence").
+pub(super) fn refine(
+    kernels: &'static ModelKernels,
+    fitted: Vec<f32>,
+    material: &dyn Material,
+    steps: usize,
+    seed: u64,
+) -> Vec<f32> {
+    let pool = SampledMaterial::new(material, POOL, seed);
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(4);
+    let mut adam = Adam::new(kernels, fitted);
+    for _ in 0..steps {
+        adam.step_on_fresh_samples(&pool, &mut random, RANDOM_RATE);
     }
     adam.parameters
 }

@@ -294,6 +294,25 @@ impl<'a> Method<'a> {
         Self::ridge(name, basis, vec![eta; basis.components()], directions)
     }
 
+    /// Adds steps of Adam after the fit, with a learning rate of 1e-3 and 512 fresh samples each. A closed-form solution,
+    /// such as that of Linear, is not refined.
+    #[must_use]
+    pub fn with_refinement(self, steps: usize) -> Self {
+        let (model, run) = (self.model, self.run);
+        let refined = move |reader: &mut Reader<'_>, angles: &[Angles<f32>], seed: u64| {
+            let outcome = run(reader, angles, seed)?;
+            let Some(kernels) = ModelKernels::of(model) else {
+                return Ok(outcome);
+            };
+            let values = adam::refine(kernels, outcome.values, reader.material, steps, seed);
+            Outcome::new(model, values, None)
+        };
+        Self {
+            run: Box::new(refined),
+            ..self
+        }
+    }
+
     /// Returns the number of samples, n; 0 for the method Optimum.
     #[must_use]
     pub fn samples(&self) -> usize {

@@ -12,6 +12,8 @@ use glimpse_fitting::recipe::options::{Schedule, TrainingOptions};
 pub(super) const SAMPLES: usize = 8;
 /// The speed of all axes for [`Variation::Within`], in degrees per second.
 pub(super) const MOTION_SPEED: f64 = 10.0;
+/// The number of further steps of [`Variation::Refined`].
+pub(super) const REFINEMENT_STEPS: usize = 10_000;
 
 /// A method that the experiments compare.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,6 +60,8 @@ pub(super) enum Variation {
     Readings(Instrument, u8),
     /// A number of readings, each at the direction that reduces the expected loss most per second.
     Chosen(usize),
+    /// [`REFINEMENT_STEPS`] further steps on fresh random samples.
+    Refined,
 }
 
 impl fmt::Display for Variation {
@@ -77,6 +81,7 @@ impl fmt::Display for Variation {
                 }
             }
             Self::Chosen(_) => f.write_str("chosen by the readings"),
+            Self::Refined => write!(f, "{REFINEMENT_STEPS} more steps"),
         }
     }
 }

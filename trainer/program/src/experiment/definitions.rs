@@ -7,7 +7,7 @@ use glimpse_materials::MODELS;
 
 use super::case::Approach::{Baseline, Ggx, Glimpse, Optimum, Paper, Random};
 use super::case::Variation::{
-    self, Chosen, None as Unchanged, Readings, Replaced, Seed, Twice, Within,
+    self, Chosen, None as Unchanged, Readings, Refined, Replaced, Seed, Twice, Within,
 };
 use super::case::{Approach, COMPARED, Case, SAMPLES};
 use super::derived;
@@ -34,7 +34,7 @@ const VARIATIONS: &[Columns] = &[
 ];
 
 /// All experiments.
-pub(super) static EXPERIMENTS: [Experiment; 13] = [
+pub(super) static EXPERIMENTS: [Experiment; 14] = [
     Experiment {
         name: "same-samples",
         title: "The main table: all methods for all models at n = 8, with all metrics",
@@ -240,6 +240,28 @@ pub(super) static EXPERIMENTS: [Experiment; 13] = [
             "Loss of the paper's method at n = 8, and after both training stages are repeated: initial parameters and step \
              sizes on the learned pattern, then the pattern again. Linear has no learned initial parameters",
             Table(&[Key::Model], VARIATIONS, Some(WithinRow)),
+        )],
+        ..NEW
+    },
+    Experiment {
+        name: "convergence",
+        title: "The loss after 20 steps of each method, and after 10,000 more on random samples",
+        cases: |_| {
+            let first = [(Random, 512), (Baseline, 32), (Paper, 32)];
+            let both = first.map(|(approach, n)| {
+                Case::all(&[approach], &[Neural], &[Unchanged, Refined], &[n])
+            });
+            both.concat()
+        },
+        views: &[View::new(
+            "convergence",
+            "Neural: loss after 20 steps on 512 (Random) or 32 samples, and after 10,000 more on 512 fresh random samples \
+             each",
+            Table(
+                &[Key::Method],
+                &[By(&[Key::Variation], LOSS)],
+                Some(WithinColumn),
+            ),
         )],
         ..NEW
     },

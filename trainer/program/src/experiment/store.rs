@@ -31,7 +31,7 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
-use super::case::{Approach, Case, MOTION_SPEED, Variation};
+use super::case::{Approach, Case, MOTION_SPEED, REFINEMENT_STEPS, Variation};
 use crate::progress::interrupted;
 use crate::report::write_file;
 use crate::training::train_to_file;
@@ -270,7 +270,10 @@ impl<'a> Store<'a> {
             (_, Approach::Baseline) => at(SampleDirections::Random(case.samples))?,
             _ => Method::with_recipe(&recipe, basis)?,
         };
-        use_method(method)
+        use_method(match case.variation {
+            Variation::Refined => method.with_refinement(REFINEMENT_STEPS),
+            _ => method,
+        })
     }
 
     /// Passes a method that is not meta-learned.
@@ -305,6 +308,9 @@ impl<'a> Store<'a> {
                     .measured_at(instrument.directions(displacement.into()))
             }
             (Approach::Optimum, _) => Method::optimum(model, self.optimum_steps(model)),
+            (_, Variation::Refined) => {
+                Method::random(model, samples, INNER_STEPS).with_refinement(REFINEMENT_STEPS)
+            }
             _ => Method::random(model, samples, INNER_STEPS),
         })
     }
@@ -332,11 +338,16 @@ impl<'a> Store<'a> {
                 .with_context(|| format!("{} is damaged: remove it", path.display()));
         }
         ensure!(!interrupted(), STOPPED);
+        // Refinement takes too long to repeat.
+        let seeds = match case.variation {
+            Variation::Refined => 1,
+            _ => self.settings.seeds,
+        };
         let report = self.with_method(case, |method| {
             eprintln!("evaluating {name}");
             Ok(set
                 .evaluator()
-                .evaluate(&method, self.settings.seed, self.settings.seeds)?)
+                .evaluate(&method, self.settings.seed, seeds)?)
         })?;
         write_file(&path, serde_json::to_string_pretty(&report)?.as_bytes())?;
         Ok(report)
