@@ -165,6 +165,7 @@ impl Training {
         let parts = match parts {
             TrainedParts::All => "",
             TrainedParts::AllTwice => ", parts all-twice",
+            TrainedParts::PatternOnly(_) => ", parts pattern-only",
         };
         format!("{} {}{parts}", schedule.name(), effort.name())
     }

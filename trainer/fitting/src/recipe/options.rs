@@ -139,7 +139,7 @@ impl Effort {
 }
 
 /// The parts of a recipe that are trained. Schedule prior trains all.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TrainedParts {
     /// Initial parameters, step sizes and pattern.
@@ -147,6 +147,17 @@ pub enum TrainedParts {
     All,
     /// All parts, then initial parameters and step sizes again, then the pattern again.
     AllTwice,
+    /// The pattern only, for pretrained initial parameters and step sizes. Linear has neither.
+    PatternOnly(Option<PretrainedInit>),
+}
+
+/// Pretrained initial parameters and step sizes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PretrainedInit {
+    /// The initial parameters, theta_0.
+    pub initial: Vec<f32>,
+    /// The step sizes, alpha.
+    pub step_sizes: Vec<f32>,
 }
 
 /// Invalid options of a training.
@@ -305,11 +316,11 @@ impl TrainingOptions {
         );
         let mut options = match self.schedule {
             Schedule::Prior => Self {
-                parts: plain.parts,
+                parts: plain.parts.clone(),
                 ..self.clone()
             },
             Schedule::Paper => Self {
-                parts: self.parts,
+                parts: self.parts.clone(),
                 source_shares: self.source_shares.clone(),
                 bases: self.bases,
                 eta: self.eta,

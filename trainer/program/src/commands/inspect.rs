@@ -157,7 +157,7 @@ fn describe_metadata(recipe: &Recipe<'_>, metadata: &Metadata) -> Result<Vec<Ite
 /// Describes the options that differ from their defaults, and are not described elsewhere.
 fn describe_options(options: &TrainingOptions) -> String {
     let defaults = TrainingOptions {
-        parts: options.parts,
+        parts: options.parts.clone(),
         pattern: options.pattern.clone(),
         source_shares: options.source_shares.clone(),
         ..TrainingOptions::new(

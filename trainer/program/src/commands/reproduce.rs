@@ -13,7 +13,7 @@ use crate::experiment::{self, Experiment, Settings, Store, TestSet};
 use crate::progress::catch_interrupts;
 use crate::report::Table;
 
-/// Reproduce tables and figures of the paper on your materials.
+/// Reproduce the paper's tables and figures on your materials.
 ///
 /// Each experiment trains and evaluates methods, and prints its tables, with the paper's numbers
 /// where there are any. It writes them into OUT/EXPERIMENT as CSV and SVG, and all of them as the page

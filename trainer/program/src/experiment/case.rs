@@ -5,6 +5,7 @@ use std::fmt;
 use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
 use glimpse_evaluation::evaluation::names;
+use glimpse_fitting::choice::Choice;
 use glimpse_fitting::measurement::Instrument;
 use glimpse_fitting::recipe::options::{Schedule, TrainingOptions};
 
@@ -44,6 +45,14 @@ pub(super) const COMPARED: [Approach; 4] = [
     Approach::Glimpse,
 ];
 
+/// The half of the materials that a pattern is trained on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Subset {
+    All,
+    Diffuse,
+    Glossy,
+}
+
 /// A variation of a training or of a method. In tables, it is written without the index of a random run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Variation {
@@ -52,10 +61,14 @@ pub(super) enum Variation {
     Seed(u64),
     /// Training with both stages repeated.
     Twice,
+    /// Training of the pattern only, on a subset, with the initial parameters and step sizes of the paper's method.
+    PatternOf(Subset),
     /// Training within a budget for motion, in seconds at [`MOTION_SPEED`] without settling.
     Within(u32),
     /// A number of samples replaced by random ones, and the index of the random run.
     Replaced(usize, u64),
+    /// Samples drawn by importance of the mean BRDF.
+    Importance,
     /// Readings at the directions of an instrument, with both arms displaced from the normal by a number of degrees.
     Readings(Instrument, u8),
     /// A number of readings, each at the direction that reduces the expected loss most per second.
@@ -70,8 +83,10 @@ impl fmt::Display for Variation {
             Self::None => f.write_str("unchanged"),
             Self::Seed(number) => write!(f, "seed + {number}"),
             Self::Twice => f.write_str("both stages twice"),
+            Self::PatternOf(subset) => f.write_str(&subset.name()),
             Self::Within(seconds) => write!(f, "{seconds} s of motion"),
             Self::Replaced(count, _) => write!(f, "{count} of {SAMPLES} replaced"),
+            Self::Importance => f.write_str("importance"),
             Self::Readings(instrument, degrees) => {
                 let value = instrument.to_possible_value();
                 f.write_str(value.as_ref().map_or("", |value| value.get_name()))?;
@@ -166,9 +181,10 @@ impl Case {
             Schedule::Prior => Approach::Glimpse,
         };
         let variation = match self.variation {
-            of_training @ (Variation::Seed(_) | Variation::Twice | Variation::Within(_)) => {
-                of_training
-            }
+            of_training @ (Variation::Seed(_)
+            | Variation::Twice
+            | Variation::PatternOf(_)
+            | Variation::Within(_)) => of_training,
             _ => Variation::None,
         };
         Some(Self {

@@ -1,12 +1,15 @@
 //! Records that are computed from those of the evaluations.
 
+use clap::ValueEnum;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_evaluation::evaluation::MaterialMetrics;
-use glimpse_evaluation::metrics::METRICS;
+use glimpse_evaluation::metrics::{METRICS, Metrics};
+use glimpse_fitting::choice::Choice;
 use glimpse_materials::MODELS;
 use glimpse_materials::loss::loss_between;
 
-use super::case::{Approach, Case, SAMPLES};
+use super::case::{Approach, Case, SAMPLES, Subset};
+use super::glossiness::split_by_glossiness;
 use super::record::Record;
 use super::store::{Store, TestSet};
 
@@ -96,6 +99,25 @@ pub(super) fn by_material(_: &Store<'_>, _: &TestSet<'_>, records: Vec<Record>) 
             all.extend(ordered.enumerate().map(|(position, material)| Record {
                 material: Some((position, material.name.clone())),
                 ..Record::new(record.case, &material.metrics.values())
+            }));
+        }
+    }
+    all
+}
+
+/// Returns a record for each half of the materials by glossiness, and for all of them.
+pub(super) fn by_subset(store: &Store<'_>, set: &TestSet<'_>, records: Vec<Record>) -> Vec<Record> {
+    let mut all = Vec::new();
+    for record in &records {
+        for (index, subset) in Subset::value_variants().iter().enumerate() {
+            let names = split_by_glossiness(set.materials, store.settings.seed, *subset);
+            let of_subset = materials(record)
+                .iter()
+                .filter(|material| names.contains(&material.name));
+            let mean = Metrics::mean(of_subset.map(|material| material.metrics));
+            all.extend(mean.map(|mean| Record {
+                material: Some((index, format!("test materials: {}", subset.name()))),
+                ..Record::new(record.case, &mean.values())
             }));
         }
     }

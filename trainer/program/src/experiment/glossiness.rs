@@ -4,6 +4,8 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_materials::Material;
 use glimpse_materials::sampling::uniform_valid;
 
+use super::case::Subset;
+
 /// Returns the glossiness of a material: the maximum divided by the median of the BRDF times the cosine, over uniform
 /// valid directions.
 fn glossiness(material: &dyn Material, seed: u64) -> f32 {
@@ -30,4 +32,21 @@ pub(super) fn by_glossiness(materials: &[Box<dyn Material>], seed: u64) -> Vec<u
     let mut order: Vec<usize> = (0..glossiness.len()).collect();
     order.sort_by(|a, b| glossiness[*a].total_cmp(&glossiness[*b]));
     order
+}
+
+/// Returns the names of all materials, of the more diffuse half, or of the glossier half.
+pub(super) fn split_by_glossiness(
+    materials: &[Box<dyn Material>],
+    seed: u64,
+    subset: Subset,
+) -> Vec<String> {
+    let order = by_glossiness(materials, seed);
+    let (diffuse, glossy) = order.split_at(order.len() / 2);
+    let indices = match subset {
+        Subset::All => &order,
+        Subset::Diffuse => diffuse,
+        Subset::Glossy => glossy,
+    };
+    let names = indices.iter().map(|index| materials[*index].name());
+    names.map(str::to_owned).collect()
 }

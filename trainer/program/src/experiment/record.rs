@@ -17,7 +17,7 @@ pub(super) struct Record {
     pub(super) case: Case,
     /// True for the paper's values.
     pub(super) published: bool,
-    /// The material with its position in an order; None for the means over the test set.
+    /// The material with its position in an order, or a group of materials; None for the means over the test set.
     pub(super) material: Option<(usize, String)>,
     /// In the order of [`METRICS`]; NaN if unknown.
     pub(super) metrics: [f64; METRICS.len()],
@@ -140,7 +140,11 @@ impl Key {
 
     /// Returns the heading of a column or picture for a record.
     pub(super) fn heading(self, record: &Record) -> String {
-        text(&self.label(record))
+        let label = self.label(record);
+        match self {
+            Self::Samples => format!("n = {}", text(&label)),
+            _ => text(&label),
+        }
     }
 
     /// Returns the label of a record; null if it has none, or for a value.

@@ -7,8 +7,9 @@ use std::cell::OnceCell;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 use clap::{Args, value_parser};
+use glimpse_core::fit::Estimator;
 use glimpse_core::geometry::{Angles, Arms};
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
@@ -19,10 +20,12 @@ use glimpse_evaluation::evaluation::{
 use glimpse_fitting::choice::Choice;
 use glimpse_fitting::linear::Candidates;
 use glimpse_fitting::measurement::NamedRecipe;
-use glimpse_fitting::recipe::options::{Effort, Schedule, TrainedParts, TrainingOptions};
+use glimpse_fitting::recipe::options::{
+    Effort, PretrainedInit, Schedule, TrainedParts, TrainingOptions,
+};
 use glimpse_fitting::route::{Position, SpeedArgs, TimedMachine};
 use glimpse_materials::loss::DIRECTIONS;
-use glimpse_materials::sampling::uniform_valid;
+use glimpse_materials::sampling::{MeanBrdf, uniform_valid};
 use glimpse_materials::{Identity, Material, Source, SourceShare};
 use glimpse_training::linear::{Columns, min_condition_pattern, principal_components};
 use glimpse_training::run::INNER_STEPS;
@@ -32,6 +35,7 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
 use super::case::{Approach, Case, MOTION_SPEED, REFINEMENT_STEPS, Variation};
+use super::glossiness::split_by_glossiness;
 use crate::progress::interrupted;
 use crate::report::write_file;
 use crate::training::train_to_file;
@@ -109,6 +113,7 @@ pub(crate) struct Store<'a> {
     training_count: usize,
     /// Columns of the training materials, for the basis of Linear.
     columns: OnceCell<Columns>,
+    mean_brdf: OnceCell<MeanBrdf>,
 }
 
 impl<'a> Store<'a> {
@@ -144,6 +149,7 @@ impl<'a> Store<'a> {
             sets,
             training_count: training.len(),
             columns: OnceCell::new(),
+            mean_brdf: OnceCell::new(),
         })
     }
 
@@ -193,7 +199,7 @@ impl<'a> Store<'a> {
     }
 
     fn train(&self, case: &Case, path: &Path) -> anyhow::Result<()> {
-        let materials = self.settings.data.load()?;
+        let mut materials = self.settings.data.load()?;
         let seed = self.settings.seed;
         let schedule = case.schedule().context("a case without recipe")?;
         let effort = self.settings.effort_for(schedule);
@@ -204,6 +210,12 @@ impl<'a> Store<'a> {
         match case.variation {
             Variation::Seed(number) => options.seed = seed.wrapping_add(number),
             Variation::Twice => options.parts = TrainedParts::AllTwice,
+            Variation::PatternOf(subset) => {
+                let names = split_by_glossiness(&materials, seed, subset);
+                materials.retain(|material| names.iter().any(|name| name == material.name()));
+                let pretrained = self.descent(&case.with(Variation::None))?;
+                options.parts = TrainedParts::PatternOnly(Some(pretrained));
+            }
             Variation::Within(seconds) => {
                 options.scan_seconds = Some(f64::from(seconds));
                 options.speeds = SpeedArgs {
@@ -225,13 +237,33 @@ impl<'a> Store<'a> {
         outcome.map(drop)
     }
 
-    /// Returns the columns of the training materials, which are computed once.
-    fn columns(&self) -> anyhow::Result<&Columns> {
-        if let Some(columns) = self.columns.get() {
-            return Ok(columns);
+    /// Returns the initial parameters and step sizes of a training.
+    fn descent(&self, trained: &Case) -> anyhow::Result<PretrainedInit> {
+        let named = self.recipe(trained)?;
+        let recipe = named.file.recipe();
+        let Estimator::Sgd(sgd) = recipe.estimator() else {
+            bail!(
+                "{} is not fitted by descent: remove it to train it again",
+                named.name
+            );
+        };
+        Ok(PretrainedInit {
+            initial: sgd.initial.iter().collect(),
+            step_sizes: sgd.step_sizes.iter().collect(),
+        })
+    }
+
+    /// Returns a value that is computed once from the training materials.
+    fn of_training<'c, T>(
+        &self,
+        cell: &'c OnceCell<T>,
+        compute: fn(&[Box<dyn Material>]) -> T,
+    ) -> anyhow::Result<&'c T> {
+        if let Some(value) = cell.get() {
+            return Ok(value);
         }
         let materials = self.settings.data.load()?;
-        Ok(self.columns.get_or_init(|| Columns::new(&materials)))
+        Ok(cell.get_or_init(|| compute(&materials)))
     }
 
     /// Passes the method of a case to `use_method`, and returns its result.
@@ -252,6 +284,11 @@ impl<'a> Store<'a> {
         let (recipe, basis) = (named.file.recipe(), named.basis.as_deref());
         let at = |directions| Method::at_directions(case.method(), &recipe, basis, directions);
         let method = match (case.variation, case.approach) {
+            (Variation::Importance, _) => {
+                let mean_brdf = self.of_training(&self.mean_brdf, MeanBrdf::new)?;
+                let pattern = mean_brdf.samples(case.samples, seed as u32);
+                at(SampleDirections::Pattern(pattern))?
+            }
             (Variation::Replaced(count, run), _) => {
                 let pattern: Vec<Angles<f32>> = recipe.pattern().collect();
                 let pattern = replace_samples(&pattern, count, seed.wrapping_add(run << 32));
@@ -284,7 +321,7 @@ impl<'a> Store<'a> {
     ) -> anyhow::Result<T> {
         let (model, samples, seed) = (case.model, case.samples, self.settings.seed);
         if model == ModelKind::Linear {
-            let columns = self.columns()?;
+            let columns = self.of_training(&self.columns, Columns::new)?;
             let all_columns: Vec<usize> = (0..columns.count()).collect();
             let basis = principal_components(columns, &all_columns, case.components);
             let directions = match case.approach {

@@ -2,6 +2,7 @@
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_fitting::recipe::expected_loss::LossEstimate;
+use glimpse_fitting::recipe::options::PretrainedInit;
 use glimpse_kernels::ModelKernels;
 use glimpse_kernels::inner_loop::InnerLoop;
 use glimpse_materials::sampling::sobol_valid;
@@ -30,6 +31,8 @@ pub struct DescentObjective<'a> {
     pub training: &'a WarpedPool,
     /// The materials of the validation loss.
     pub validation: &'a WarpedPool,
+    /// Initial parameters and step sizes in place of random ones.
+    pub pretrained: Option<&'a PretrainedInit>,
     /// The number of inner steps, K.
     pub inner_steps: usize,
     /// The random number streams.
@@ -57,10 +60,17 @@ fn measure<'p>(
 
 impl PaperObjective for DescentObjective<'_> {
     fn initial_values(&self) -> MetaValues {
-        let initial = self.live_initialization();
+        let (initial, step_sizes) = match self.pretrained {
+            Some(pretrained) => (pretrained.initial.clone(), pretrained.step_sizes.clone()),
+            None => {
+                let initial = self.live_initialization();
+                let step_sizes = vec![INITIAL_STEP_SIZE; initial.len()];
+                (initial, step_sizes)
+            }
+        };
         Groups {
-            hyperparameters: vec![INITIAL_STEP_SIZE; initial.len()],
             initial,
+            hyperparameters: step_sizes,
             ..Groups::default()
         }
     }

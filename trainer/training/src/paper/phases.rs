@@ -80,7 +80,7 @@ pub(super) fn phases<'a>(
     let best = || -> PhaseStart<'a> { Box::new(|best| best) };
 
     let mut phases = Vec::new();
-    if has_parameters {
+    if has_parameters && !matches!(options.parts, TrainedParts::PatternOnly(_)) {
         phases.push(parameters(None, PARAMETER_SAMPLES));
     }
     let random: PhaseStart<'a> =
@@ -209,8 +209,11 @@ mod tests {
             let last = phase.rates_at(phase.steps).pattern;
             assert!((last - 1e-4).abs() < 1e-9, "{last}");
         }
-        let once = phases_of(Effort::Long, ModelKind::Neural, 5, TrainedParts::All);
-        assert_eq!(once.len(), 5);
+        let counts = [(TrainedParts::All, 5), (TrainedParts::PatternOnly(None), 4)];
+        for (parts, count) in counts {
+            let phases = phases_of(Effort::Long, ModelKind::Neural, 5, parts);
+            assert_eq!(phases.len(), count);
+        }
         // Linear has no first stage. Effort standard has a tenth of the paper's steps.
         let linear = phases_of(Effort::Standard, ModelKind::Linear, 1, TrainedParts::All);
         let steps: Vec<_> = linear.iter().map(|phase| phase.steps).collect();

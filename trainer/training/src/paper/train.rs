@@ -4,7 +4,7 @@ use glimpse_core::fit::Sgd;
 use glimpse_core::recipe::Contents;
 use glimpse_fitting::linear::{ComponentsAt, to_host_bytes};
 use glimpse_fitting::recipe::expected_loss::{ValidatedLoss, ValidationSplit};
-use glimpse_fitting::recipe::options::TrainingOptions;
+use glimpse_fitting::recipe::options::{TrainedParts, TrainingOptions};
 use glimpse_fitting::recipe::sections::{Arena, count};
 use glimpse_kernels::ModelKernels;
 use glimpse_materials::Material;
@@ -72,6 +72,10 @@ fn train_sgd<'a>(
         kernels,
         training: &training,
         validation: held_out.as_ref().unwrap_or(&training),
+        pretrained: match &options.parts {
+            TrainedParts::PatternOnly(pretrained) => pretrained.as_ref(),
+            _ => None,
+        },
         inner_steps: INNER_STEPS,
         streams: RandomStreams { seed },
     };
