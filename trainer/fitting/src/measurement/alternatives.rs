@@ -13,7 +13,6 @@ use std::fmt;
 use super::angles::{above_horizon, to_directions};
 use super::conventions::{AngleArgs, AngleConvention, AngleUnit};
 use super::quantity::{Conversion, Multiple, ReadingQuantity};
-use super::rows::ReadingRows;
 use super::table::TableError;
 use crate::choice::Choice;
 use crate::linear::{DEFAULT_NOISE, Evidence, MaterialPrior};
@@ -61,24 +60,20 @@ impl Alternative {
     /// These minima were chosen by right and wrong files of 64 networks of MERL, in four folds, and of 80 procedural materials;
     /// those of percent, reflectance factors and sRGB also by RGL's 17 measurements.
     fn min_evidence(self, stated: Multiple) -> f64 {
-        use AngleConvention::{Elevation, Exchanged, FromMirror, Signed, Travel};
-        use Multiple::{
-            Brdf, BrdfCosI, BrdfCosIO, BrdfCosO, ReflectanceFactor, ReflectancePercent, Srgb,
-            Srgb8Bit,
-        };
+        use AngleConvention::{Exchanged, FromMirror};
+        use Multiple::{BrdfCosIO, ReflectanceFactor, ReflectancePercent, Srgb};
 
         match self {
             Self::Convention(FromMirror | Exchanged) => 0.35,
-            Self::Convention(Elevation | Signed | Travel) => 0.8,
+            Self::Convention(_) => 0.8,
             Self::Unit(_) => 0.5,
             // Black materials resemble bright ones whose numbers are too small.
             Self::Quantity(other) if other.brightness() > stated.brightness() => 5.0,
-            Self::Quantity(Brdf | BrdfCosI | BrdfCosO) => 1.0,
             Self::Quantity(ReflectanceFactor) => 1.2,
             Self::Quantity(BrdfCosIO | Srgb) => 1.5,
-            Self::Quantity(Srgb8Bit) => 0.0,
             // Percent that were not stated are frequent, and right files are far from them.
             Self::Quantity(ReflectancePercent) => -2.0,
+            Self::Quantity(_) => 1.0,
         }
     }
 
@@ -124,10 +119,8 @@ impl fmt::Display for Doubt {
 /// A reading of a file: its row, its sample and its directions.
 pub(super) type Placed = (usize, usize, Angles<f64>);
 
-/// The rows of a file with their conversion, for a comparison of readings.
+/// The conversion of a file's rows, and the prior that judges it.
 pub(super) struct Comparison<'a> {
-    pub(super) rows: &'a ReadingRows,
-    pub(super) quantity: &'a ReadingQuantity,
     pub(super) conversion: &'a Conversion<'a>,
     pub(super) prior: &'a MaterialPrior,
 }
@@ -138,7 +131,8 @@ impl Comparison<'_> {
     /// # Errors
     /// If a row is not a valid reading.
     pub(super) fn doubt(&self, stated: &[Placed]) -> Result<Option<Doubt>, TableError> {
-        let args = &self.rows.angle_args;
+        let rows = self.conversion.rows;
+        let args = &rows.angle_args;
         let mut alternatives = vec![
             Alternative::Convention(AngleConvention::Elevation),
             Alternative::Convention(AngleConvention::FromMirror),
@@ -147,18 +141,19 @@ impl Comparison<'_> {
         if args.unit.is_none() {
             alternatives.push(Alternative::Unit(AngleUnit::Radians));
         }
-        let mut base = Multiple::Brdf;
-        if let ReadingQuantity::Values(multiple, _) = self.quantity {
-            base = *multiple;
-        }
         // A highlight alone may have any magnitude.
-        let is_off_highlight =
-            |placed: &Placed| is_off_highlight(placed.2.map(|angle| angle as f32));
-        if matches!(self.quantity, ReadingQuantity::Values(..))
+        let is_off_highlight = |(_, _, at): &Placed| is_off_highlight(at.map(|angle| angle as f32));
+        let mut base = Multiple::Brdf;
+        if let ReadingQuantity::Values(multiple, _) = self.conversion.quantity
             && stated.iter().any(is_off_highlight)
         {
+            base = *multiple;
+            let mut numbers = rows.readings.iter().flat_map(|row| &row.numbers);
+            let may_be_encoded =
+                rows.wavelengths.is_empty() && numbers.all(|number| *number <= 1.0);
             let others = Multiple::value_variants().iter().copied();
-            let others = others.filter(|other| *other != base && self.may_be(*other));
+            let others = others
+                .filter(|other| *other != base && (*other != Multiple::Srgb || may_be_encoded));
             alternatives.extend(others.map(Alternative::Quantity));
         }
         let mut best: Option<(f64, Doubt)> = None;
@@ -180,21 +175,6 @@ impl Comparison<'_> {
         Ok(best.map(|(_, doubt)| doubt))
     }
 
-    /// Returns true if all numbers can be of a quantity.
-    fn may_be(&self, quantity: Multiple) -> bool {
-        let mut numbers = self.rows.readings.iter().flat_map(|row| &row.numbers);
-        match quantity {
-            Multiple::Srgb => {
-                self.rows.wavelengths.is_empty() && numbers.all(|number| *number <= 1.0)
-            }
-            Multiple::Srgb8Bit => {
-                self.rows.wavelengths.is_empty()
-                    && numbers.all(|number| number.fract() == 0.0 && *number <= 255.0)
-            }
-            _ => true,
-        }
-    }
-
     /// Returns the evidence per reading of an alternative over the stated reading, and the number of compared readings. None if
     /// it cannot be meant, or there are too few.
     fn evidence(
@@ -204,8 +184,8 @@ impl Comparison<'_> {
     ) -> Result<Option<(f64, f64)>, TableError> {
         let mut other = stated.to_vec();
         if !matches!(alternative, Alternative::Quantity(_)) {
-            let args = alternative.angle_args(&self.rows.angle_args);
-            let Some(reread) = self.rows.reread(&args) else {
+            let args = alternative.angle_args(&self.conversion.rows.angle_args);
+            let Some(reread) = self.conversion.rows.reread(&args) else {
                 return Ok(None);
             };
             for ((row, _, angles), stated) in other.iter_mut().zip(stated) {
@@ -228,11 +208,11 @@ impl Comparison<'_> {
             .step_by(step)
             .map(|(one, other)| (*one, *other))
             .unzip();
-        let quantity = match (alternative, self.quantity) {
+        let quantity = match (alternative, self.conversion.quantity) {
             (Alternative::Quantity(multiple), ReadingQuantity::Values(_, reflectance)) => {
                 ReadingQuantity::Values(multiple, *reflectance)
             }
-            _ => self.quantity.clone(),
+            (_, stated) => stated.clone(),
         };
         let conversion = self.conversion.of(&quantity);
         let stated_density = self.density(self.conversion, &stated)?;
@@ -250,13 +230,14 @@ impl Comparison<'_> {
     ) -> Result<Option<f64>, TableError> {
         let (mut brdf, mut slopes, mut directions, mut noise) =
             (Vec::new(), 0.0, Vec::new(), Vec::new());
+        let rows = conversion.rows;
         for (row, sample, angles) in placed {
-            let row = &self.rows.readings[*row];
+            let row = &rows.readings[*row];
             let at = to_directions(*angles);
             let convert = |numbers: [f32; 3]| -> Result<[f32; 3], TableError> {
                 Ok(conversion.to_brdf(row, *sample, &at, numbers)?.brdf)
             };
-            let numbers = self.rows.rgb(row);
+            let numbers = rows.rgb(row);
             let steps = numbers.map(|number| 1e-2 * number.abs().max(1e-4));
             let [low, high] = [-1.0, 1.0].map(|sign| {
                 convert([0, 1, 2].map(|channel: usize| numbers[channel] + sign * steps[channel]))
@@ -266,13 +247,13 @@ impl Comparison<'_> {
                 f64::from((high[channel] - low[channel]) / (2.0 * steps[channel])).ln()
             });
             // A sensor with one channel has one number.
-            slopes += match self.rows.is_monochrome {
+            slopes += match rows.is_monochrome {
                 true => slope[0],
                 false => slope.iter().sum(),
             };
             brdf.push(convert(numbers)?);
             directions.push(angles.map(|angle| angle as f32));
-            let stated = row.noise.or(self.rows.noise);
+            let stated = row.noise.or(rows.noise);
             noise.push(stated.unwrap_or(DEFAULT_NOISE).max(DEFAULT_NOISE));
         }
         let evidence = Evidence::new(self.prior, directions, &noise);

@@ -37,8 +37,6 @@ pub enum Multiple {
     ReflectancePercent,
     /// Pi times the BRDF, in the encoding of sRGB, 0 to 1.
     Srgb,
-    /// Pi times the BRDF, in the encoding of sRGB, 0 to 255.
-    Srgb8Bit,
 }
 
 /// A spot on the material that is larger than the other at all angles, as named on the command line and in Python.
@@ -62,13 +60,7 @@ impl Multiple {
             Self::BrdfCosIO => (&[BrdfTimesCosThetaI, BrdfTimesCosThetaO], 1.0),
             Self::ReflectanceFactor | Self::Srgb => (&[ReflectanceFactor], 1.0),
             Self::ReflectancePercent => (&[ReflectanceFactor], 0.01),
-            Self::Srgb8Bit => (&[ReflectanceFactor], 1.0 / 255.0),
         }
-    }
-
-    /// Returns true if numbers are encoded by sRGB.
-    pub(super) fn is_encoded(self) -> bool {
-        matches!(self, Self::Srgb | Self::Srgb8Bit)
     }
 
     /// Returns true if numbers are relative to a white tile.
@@ -84,14 +76,9 @@ impl Multiple {
         at: &Directions<f32>,
     ) -> Result<[f32; 3], Error> {
         let (quantities, unit) = self.factors();
-        let values = numbers.map(|number| {
-            let value = number * unit;
-            reflectance
-                * if self.is_encoded() {
-                    linear(value)
-                } else {
-                    value
-                }
+        let values = numbers.map(|number| match self {
+            Self::Srgb => reflectance * linear(number),
+            _ => reflectance * number * unit,
         });
         let mut quantities = quantities.iter();
         quantities.try_fold(values, |values, quantity| quantity.to_brdf(values, at))
@@ -101,8 +88,8 @@ impl Multiple {
     pub(super) fn brightness(self) -> f32 {
         let (_, unit) = self.factors();
         let relative = if self.is_relative() { FRAC_1_PI } else { 1.0 };
-        let encoded = if self.is_encoded() { 0.5 } else { 1.0 };
-        unit * relative * encoded
+        let decoded = if self == Self::Srgb { 0.5 } else { 1.0 };
+        unit * relative * decoded
     }
 }
 
@@ -268,8 +255,8 @@ impl CountCalibration {
 
 /// The conversion of the rows of a file to BRDFs.
 pub(super) struct Conversion<'a> {
-    rows: &'a ReadingRows,
-    quantity: &'a ReadingQuantity,
+    pub(super) rows: &'a ReadingRows,
+    pub(super) quantity: &'a ReadingQuantity,
     /// For counts, the counts of the white for each sample; None where it was not read.
     whites: Vec<Option<[f32; 3]>>,
     /// The directions of a white that was read once, with the larger spot.

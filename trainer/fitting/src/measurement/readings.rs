@@ -202,8 +202,6 @@ impl Readings {
             (index, *sample, row.angles.unwrap_or(own))
         });
         let comparison = Comparison {
-            rows: &rows,
-            quantity: &quantity,
             conversion: &conversion,
             prior: &given.prior,
         };

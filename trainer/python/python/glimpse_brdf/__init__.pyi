@@ -273,7 +273,6 @@ class Recipe:
                 "reflectance-factor",
                 "reflectance-percent",
                 "srgb",
-                "srgb-8-bit",
             ]
         ] = None,
         name: str = "fitted",
