@@ -6,9 +6,9 @@ use std::path::Path;
 use glimpse_core::geometry::Angles;
 
 use super::angles::above_horizon;
+use super::columns::{INDEX, Role, Unit};
 use super::conventions::{AngleArgs, AngleConvention, AngleFormat, AngleSet, StatedAngles};
-use super::layout::{ANGLES, INDEX};
-use super::table::{Row, Table, TableError};
+use super::table::{Table, TableError};
 
 /// A file of pairs of directions.
 pub struct AngleTable {
@@ -83,7 +83,9 @@ impl TableAngles {
         }
         let mut units = [None; 4];
         for (index, name, is_polar) in set.columns() {
-            units[index] = table.angle_unit(name)?;
+            if let Some(Unit::Angle(unit)) = table.unit(name)? {
+                units[index] = Some(unit);
+            }
             let option = args.unit_of(is_polar);
             if units[index].is_some_and(|stated| option.is_some_and(|unit| unit != stated)) {
                 return Err(table.file_error(format!(
@@ -92,96 +94,47 @@ impl TableAngles {
                 )));
             }
         }
-        let stated = table.rows.iter().map(|row| read_stated(table, row, set));
-        let stated: Vec<Option<StatedAngles>> = stated.collect::<Result<_, _>>()?;
-        let format = AngleFormat::new(set, units, stated.iter().flatten());
-        let convert = |(row, stated): (&Row, &Option<StatedAngles>)| {
-            let Some(stated) = stated else {
-                return Ok(None);
-            };
-            let angles = format.convert(stated, args);
-            let angles = angles.map_err(|message| table.line_error(row.line, &message))?;
-            Ok(Some((*stated, angles)))
+        let format = AngleFormat { set, stated: units };
+        let mut rows = Vec::new();
+        for row in &table.rows {
+            let is_finite = |angle: &f64| angle.is_finite();
+            let angles = table.numbers(row, set.names(), is_finite, "give an angle")?;
+            let mut stated = [0.0; 4];
+            stated[..angles.len()].copy_from_slice(&angles);
+            let converted = format.convert(&stated, args);
+            let converted = converted.map_err(|message| table.line_error(row.line, &message))?;
+            rows.push((!angles.is_empty()).then_some((stated, converted)));
+        }
+        let [polar, azimuth] = [true, false].map(|is_polar| {
+            let stated = rows.iter().flatten().map(|(stated, _)| stated);
+            format.largest_unstated(is_polar, args, stated)
+        });
+        let (kind, largest, option) = if polar > 0.0 && polar <= FRAC_PI_2 && azimuth <= TAU {
+            ("angles", polar.max(azimuth), "--unit")
+        } else if azimuth > 0.0 && azimuth <= TAU {
+            ("azimuths", azimuth, "--azimuth-unit")
+        } else {
+            return Ok(Some(Self { format, rows }));
         };
-        let rows = table.rows.iter().zip(&stated).map(convert);
-        let rows: Vec<_> = rows.collect::<Result<_, TableError>>()?;
-        check_unit(&format, args, stated.iter().flatten())
-            .map_err(|message| table.file_error(message))?;
-        Ok(Some(Self { format, rows }))
+        Err(table.file_error(format!(
+            "its {kind} are at most {largest:.4}, small enough to be radians; give {option} radians or {option} degrees"
+        )))
     }
-}
-
-/// Refuses angles whose unit can only be guessed.
-fn check_unit<'a>(
-    format: &AngleFormat,
-    args: &AngleArgs,
-    rows: impl Iterator<Item = &'a StatedAngles> + Clone,
-) -> Result<(), String> {
-    let [polar, azimuth] = [true, false].map(|is_polar| {
-        let largest = format.largest(is_polar, rows.clone());
-        (format.assumes_degrees(is_polar, args), largest)
-    });
-    let is_small = polar.1 <= FRAC_PI_2 && (azimuth.1 <= TAU || !azimuth.0);
-    if polar.0 && is_small && polar.1 + azimuth.1 > 0.0 {
-        return Err(format!(
-            "its angles are at most {:.4} (polar) and {:.4} (azimuth), small enough to be radians; give --unit radians or \
-             --unit degrees",
-            polar.1, azimuth.1
-        ));
-    }
-    if azimuth.0 && azimuth.1 > 0.0 && azimuth.1 <= TAU {
-        return Err(format!(
-            "its azimuths are at most {:.4}, small enough to be radians, unlike its polar angles; give --azimuth-unit radians \
-             or --azimuth-unit degrees",
-            azimuth.1
-        ));
-    }
-    Ok(())
 }
 
 /// Finds the set of a table's angle columns; None if it has none of them.
 fn find_set(table: &Table) -> Result<Option<AngleSet>, TableError> {
-    let present: Vec<&str> = ANGLES
-        .into_iter()
-        .filter(|name| table.has(&[name]))
-        .collect();
-    let is_complete = |set: &AngleSet| {
-        let names = set.names();
-        names.len() == present.len() && table.has(names)
-    };
+    let columns = table.layout.columns.iter();
+    let angles = columns.filter(|column| column.role == Some(Role::Direction));
+    let count = angles.count();
+    let is_complete = |set: &AngleSet| set.names().len() == count && table.has(set.names());
     let found = AngleSet::ALL.into_iter().find(is_complete);
-    if found.is_some() || present.is_empty() {
+    if found.is_some() || count == 0 {
         return Ok(found);
     }
     let sets = AngleSet::ALL.map(|set| set.names().join(", "));
-    Err(table.file_error(format!(
-        "line {} names the angles {}; name all columns of one set, and of no other: {}",
-        table.layout.line,
-        present.join(", "),
+    Err(table.columns_error(&format!(
+        "whose angles are not those of one set; name all columns of one set, and of no other: {}",
         sets.join("; ")
     )))
-}
-
-/// Reads the angles of a row; None if all of them are empty.
-fn read_stated(
-    table: &Table,
-    row: &Row,
-    set: AngleSet,
-) -> Result<Option<StatedAngles>, TableError> {
-    if set
-        .names()
-        .iter()
-        .all(|name| table.cell(row, name).is_empty())
-    {
-        return Ok(None);
-    }
-    let mut stated = [0.0; 4];
-    for (angle, name) in stated.iter_mut().zip(set.names()) {
-        let number = table.number::<f64>(row, name, "give an angle")?;
-        *angle = number.filter(|angle| angle.is_finite()).ok_or_else(|| {
-            let message = format!("column {name}: it is empty or not finite; give an angle");
-            table.line_error(row.line, &message)
-        })?;
-    }
-    Ok(Some(stated))
 }

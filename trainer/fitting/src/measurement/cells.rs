@@ -1,6 +1,8 @@
-//! Numbers in cells, as people and programs write them.
+//! Text and numbers as people and programs write them.
 
-use super::names::simplified;
+use glimpse_materials::untrusted::escaped_start;
+
+use super::columns::simplified;
 
 /// Words for a missing number, in letters and digits.
 const MISSING: [&str; 5] = ["na", "nan", "null", "none", "missing"];
@@ -12,8 +14,7 @@ const SEPARATORS: [char; 7] = [
 /// The marks of decimals, each with the separator of thousands.
 pub(super) const MARKS: [(char, char); 2] = [('.', ','), (',', '.')];
 
-/// Returns a number with ASCII characters, without a degree sign and without spaces or apostrophes between thousands; empty if
-/// it is missing.
+/// Returns a number with ASCII characters and without a degree sign; empty if it is missing.
 pub(super) fn plain(cell: &str) -> String {
     let is_missing = MISSING.contains(&&simplified(cell)[..]) && !cell.starts_with('#');
     let characters = cell.chars().map(|c| match c {
@@ -26,62 +27,45 @@ pub(super) fn plain(cell: &str) -> String {
     if is_missing || ["-", "--"].contains(&text) {
         return String::new();
     }
-    // Each group but the first begins with three digits, and only the last one has more.
-    let mut groups = text.split(SEPARATORS);
-    let first = groups
-        .next()
-        .unwrap_or_default()
-        .trim_start_matches(['+', '-']);
-    let is_group = |group: &str| {
-        group
-            .split(['.', ','])
-            .next()
-            .is_some_and(|whole| whole.len() == 3 && is_digits(whole))
-    };
-    if first.is_empty() || is_digits(first) && groups.all(is_group) {
-        text.replace(SEPARATORS, "")
-    } else {
-        text.to_owned()
-    }
+    text.to_owned()
 }
 
-fn is_digits(text: &str) -> bool {
-    !text.is_empty() && text.bytes().all(|c| c.is_ascii_digit())
-}
-
-/// Returns a plain number with a decimal point and without separators of thousands; None if the mark is not that of the
+/// Returns a plain number with a decimal point and without separators of thousands; None if the marks are not those of the
 /// number.
 pub(super) fn with_point(number: &str, (decimal, thousands): (char, char)) -> Option<String> {
-    let (mantissa, exponent) = number.split_at(number.find(['e', 'E']).unwrap_or(number.len()));
-    let (whole, decimals) = mantissa.split_once(decimal).unwrap_or((mantissa, ""));
-    let groups: Vec<&str> = whole
-        .trim_start_matches(['+', '-'])
-        .split(thousands)
-        .collect();
-    let first = groups[0];
-    let is_group = |group: &&str| group.len() == 3 && is_digits(group);
-    let is_valid = groups.len() == 1
-        || (1..=3).contains(&first.len())
-            && is_digits(first)
-            && !first.starts_with('0')
-            && groups[1..].iter().all(is_group);
-    let point = if mantissa.contains(decimal) { "." } else { "" };
-    let number = format!(
-        "{}{point}{decimals}{exponent}",
-        whole.replace(thousands, "")
-    );
-    (is_valid && number.parse::<f64>().is_ok()).then_some(number)
+    let (whole, decimals) = number.split_at(number.find(decimal).unwrap_or(number.len()));
+    let is_separator = |c: char| c == thousands || SEPARATORS.contains(&c);
+    let digits = whole.trim_start_matches(['+', '-']);
+    let mut groups = digits.split(is_separator);
+    let first = groups.next().unwrap_or_default();
+    let is_group = |group: &str| group.len() == 3 && group.bytes().all(|c| c.is_ascii_digit());
+    let has_groups = first.len() <= 3 && !first.starts_with('0') && groups.all(is_group);
+    let number = whole.replace(is_separator, "") + &decimals.replace(decimal, ".");
+    let is_valid = (first == digits || has_groups) && number.parse::<f64>().is_ok();
+    is_valid.then_some(number)
 }
 
-/// Decodes text in Windows-1252; None if a byte is not printable.
-pub(super) fn decode_latin(bytes: &[u8]) -> Option<String> {
-    const HIGH: &str = "€?‚ƒ„…†‡ˆ‰Š‹Œ?Ž??‘’“”•–—˜™š›œ?žŸ";
+/// Returns the text of a file, in UTF-8 or Windows-1252, with `\n` at the end of each line. Spreadsheets and other files that
+/// are not text have bytes that are 0 or not printable.
+pub(super) fn decode(bytes: &[u8]) -> Result<String, String> {
+    let text = str::from_utf8(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
+    let text = match text {
+        Ok(text) => Some(text.to_owned()).filter(|text| !text.contains('\0')),
+        Err(_) => decode_latin(bytes),
+    };
+    let text = text.map(|text| text.replace("\r\n", "\n").replace('\r', "\n"));
+    text.ok_or_else(|| {
+        let start = escaped_start(bytes);
+        format!("it is not text, and starts with `{start}`; save it as CSV in UTF-8")
+    })
+}
+
+/// Decodes text in Windows-1252, as far as numbers and units need it; None if a byte is not printable.
+fn decode_latin(bytes: &[u8]) -> Option<String> {
     let characters = bytes.iter().map(|byte| match byte {
         b'\t' | b'\r' | b'\n' | b' '..=b'~' | 0xa0.. => Some(char::from(*byte)),
-        0x80..=0x9f => HIGH
-            .chars()
-            .nth(usize::from(*byte - 0x80))
-            .filter(|c| *c != '?'),
+        0x96 => Some('–'),
+        0x80..=0x9f => Some(char::REPLACEMENT_CHARACTER),
         _ => None,
     });
     characters.collect()

@@ -6,20 +6,15 @@ use glimpse_core::geometry::Angles;
 
 /// The least evidence of clipping: the decimal logarithm of the odds against equal numbers by chance.
 const MIN_EVIDENCE: f64 = 3.0;
-/// The least number of rows of a file with equal rows only that are cut off. Fewer may be equal by rounding.
-const MIN_EQUAL: usize = 8;
 
 /// Finds the rows with a number that is cut off, given their directions and numbers.
 ///
-/// Numbers at the largest value of a column, or of all columns, are cut off if the gap below it is many times the resolution
+/// Numbers at the largest value of a column are cut off if the gap below it is many times the resolution
 /// of the numbers: one more number is that close by chance in about one of gap / resolution cases. Numbers of a matte
 /// material that are equal by rounding have neighbors within a few times the resolution, and interpolated or gray ones have
 /// equal numbers at the second largest value, too.
 #[must_use]
 pub fn clipped_rows(rows: &[(Angles<f32>, &[f32])]) -> Vec<bool> {
-    if rows.windows(2).all(|pair| pair[0].1 == pair[1].1) {
-        return vec![rows.len() >= MIN_EQUAL; rows.len()];
-    }
     // Reciprocal and mirrored directions may have equal numbers without a cause.
     let place = |angles: &Angles<f32>| {
         [angles.theta_h, angles.theta_d].map(|angle| (100.0 * angle.to_degrees()).round() as i64)
@@ -33,36 +28,27 @@ pub fn clipped_rows(rows: &[(Angles<f32>, &[f32])]) -> Vec<bool> {
     let differences = cells.windows(2).map(|pair| pair[0].0 - pair[1].0);
     let differences = differences.filter(|difference| *difference > 0.0);
     let resolution = differences.fold(f32::INFINITY, f32::min);
-    // The largest number of a column or of all, if it is cut off.
-    let limit = |column: Option<usize>| {
-        let cells = || {
-            cells
-                .iter()
-                .filter(|cell| column.is_none_or(|column| cell.1 == column))
-        };
+    // The largest number of a column, if it is cut off.
+    let limit = |column: usize| {
+        let cells = || cells.iter().filter(|cell| cell.1 == column);
         let largest = cells().next()?.0;
         let second = cells().find(|cell| cell.0 < largest)?.0;
         let count = |number: f32| {
             let equal = cells().filter(|cell| cell.0 == number);
-            equal
-                .map(|cell| (cell.1, cell.2))
-                .collect::<BTreeSet<_>>()
-                .len()
+            let places: BTreeSet<_> = equal.map(|cell| cell.2).collect();
+            places.len()
         };
         let odds = f64::from((largest - second) / resolution);
         let evidence = (count(largest) as f64 - 1.0) * odds.log10();
         (evidence >= MIN_EVIDENCE && count(second) == 1).then_some(largest)
     };
     let columns = rows.iter().map(|(_, numbers)| numbers.len()).max();
-    let limits: Vec<_> = (0..columns.unwrap_or(0))
-        .map(|column| limit(Some(column)))
-        .collect();
-    let common = limit(None);
-    let is_clipped =
-        |(number, limit): (&f32, &Option<f32>)| Some(*number) == *limit || Some(*number) == common;
-    rows.iter()
-        .map(|(_, numbers)| numbers.iter().zip(&limits).any(is_clipped))
-        .collect()
+    let limits: Vec<_> = (0..columns.unwrap_or(0)).map(limit).collect();
+    let is_clipped = |(number, limit): (&f32, &Option<f32>)| Some(*number) == *limit;
+    let clipped = rows
+        .iter()
+        .map(|(_, numbers)| numbers.iter().zip(&limits).any(is_clipped));
+    clipped.collect()
 }
 
 #[cfg(test)]
@@ -91,7 +77,5 @@ mod tests {
         for digits in [10.0, 100.0, 1000.0] {
             assert_eq!(clipped(|number| (number * digits).round() / digits), 0);
         }
-        // A file with one number only may be saturated in all rows.
-        assert_eq!(clipped(|_| 0.3), 33);
     }
 }

@@ -1,192 +1,224 @@
-//! The account of a table's columns: each is read, known to be irrelevant, or refused.
+//! Columns of a table: their roles and names, and their units.
 
-use glimpse_materials::untrusted::escaped;
+use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
-use super::layout::{MONOCHROME, wavelength};
-use super::names::{KnownName, Role, is_same};
-use super::table::{LeftOutRow, Table, TableError};
-use crate::choice::Choice;
+use super::conventions::AngleUnit;
 
-/// Starts of the names of columns that `trainer fit` writes in addition to readings.
-const RESULTS: [&str; 3] = ["fitted_", "deviation_", "expected_"];
-/// The other names of such columns.
-const OTHER_RESULTS: [&str; 7] = ["times", "spread", "z", "status", "l*", "a*", "b*"];
+/// The column of sample indices in a measurement plan of `trainer plan`.
+pub(super) const INDEX: &str = "index";
+/// The columns of readings by a sensor with three channels.
+pub(super) const CHANNELS: [&str; 3] = ["r", "g", "b"];
+/// The column of readings by a sensor with one channel.
+pub(super) const MONOCHROME: &str = "value";
 
-/// The meaning that a table was given.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct TableSummary {
-    /// The columns, in their order.
-    pub columns: Vec<ColumnSummary>,
-    /// The rows that were left out, by their reasons.
-    pub left_out: Vec<LeftOutRows>,
+/// The role of a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Role {
+    /// An angle of the directions.
+    Direction,
+    /// The index of a recipe's sample.
+    Index,
+    /// Readings, or those of one channel or band.
+    Reading,
+    /// The quantity of the readings.
+    Quantity,
+    /// The noise of the readings.
+    Noise,
+    /// True for a saturated reading.
+    Saturated,
+    /// Marks of valid and invalid rows, or of BRDFs and BTDFs.
+    Selection,
+    /// The exposure of counts.
+    Exposure,
+    /// The name of the sample.
+    Sample,
+    /// The wavelength or the channel of a row's reading.
+    Channel,
+    /// The instrument, or a coordinate of a color that is not linear RGB, which are not supported.
+    Unsupported,
+    /// A note, a result of this program, or the same text in all rows, which is not read.
+    Unused,
+    /// A column of the option `--ignore`.
+    Ignored,
 }
 
-/// Rows that were left out.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub struct LeftOutRows {
-    /// The reason.
-    pub reason: LeftOutRow,
-    /// Their number.
-    pub rows: usize,
+/// Roles, the names by which readers know columns, and other names. Only their letters and digits count. A name that could have
+/// two meanings (`theta_s`, of a source or of scattered light) is not listed.
+const NAMES: &str = "\
+direction theta_h thetahalf
+direction theta_d thetadiff
+direction phi_d phidiff
+direction theta_i thetain thetainc thetaincident thetaincidence thetalight incidentangle incidenceangle angleofincidence θi
+direction phi_i phiin phiinc phiincident phiincidence philight φi
+direction theta_o thetaout thetaoutgoing thetar thetareflected thetaview thetav thetasensor thetadetector θo θr
+direction phi_o phiout phioutgoing phir phireflected phiview phiv phisensor phidetector φo φr
+direction phi deltaphi dphi relativeazimuth φ
+index index
+reading r red brdfr brdfred
+reading g green brdfg brdfgreen
+reading b blue brdfb brdfblue
+reading value brdf bsdf reflectancefactor radiancefactor counts
+quantity quantity
+noise noise relativenoise
+saturated saturated issaturated overflow overrange overexposed clipped
+selection valid isvalid flag quality qualityflag status
+selection scatter scattertype scattermode measurement measurementtype bsdftype
+exposure exposure exposuretime integrationtime
+sample sample samplename sampleid specimen material materialname
+unsupported instrument device
+unsupported color hue saturation chroma lightness l
+channel wavelength lambda wl
+channel channel color colour
+unused note notes comment comments remark remarks operator user date time datetime timestamp no nr number row line point id \
+file filename seconds aspecular deltae temperature humidity";
+
+/// Units at the end of names.
+const SUFFIXES: [&str; 9] = [
+    "", "nm", "ms", "us", "s", "deg", "degrees", "rad", "radians",
+];
+
+/// The meaning of a unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Unit {
+    /// That of angles.
+    Angle(AngleUnit),
+    /// The factor of relative numbers, s or nm.
+    Factor(f32),
+    /// That of a BRDF, with or without cosines.
+    PerSteradian,
+    /// That of another quantity of readings, by its name.
+    Quantity(&'static str),
 }
 
-/// The meaning of a column.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct ColumnSummary {
-    /// The name in lowercase.
-    pub name: String,
-    /// The role.
-    pub role: Role,
-    /// The unit, as far as the file states it.
-    pub unit: Option<String>,
-}
-
-/// Returns the meaning of yes and no, in words or numbers.
-pub(super) fn truth(cell: &str) -> Option<bool> {
-    match &cell.to_lowercase()[..] {
-        "1" | "1.0" | "true" | "yes" | "y" => Some(true),
-        "0" | "0.0" | "false" | "no" | "n" => Some(false),
-        _ => None,
-    }
-}
-
-/// Returns true for the cell of a row to keep, false for that of a row to leave out, and None for an unknown meaning: the
-/// number 1 of a flag may mean either.
-fn is_kept(role: Role, label: &str, cell: &str) -> Option<bool> {
-    match (role, &cell.to_lowercase()[..]) {
-        (Role::Valid, "ok" | "good" | "valid" | "pass" | "passed") => Some(true),
-        (Role::Valid, "bad" | "error" | "invalid" | "fail" | "failed" | "rejected") => Some(false),
-        (Role::Valid, other) if label.contains("valid") => truth(other),
-        (Role::Scatter, "brdf" | "reflection" | "reflectance" | "r") => Some(true),
-        (Role::Scatter, "btdf" | "transmission" | "transmittance" | "t") => Some(false),
-        _ => None,
-    }
-}
-
-impl TableSummary {
-    /// Finds the roles of all columns, and marks the rows that these leave out.
-    ///
-    /// # Errors
-    /// If the meaning of a column or a mark is unknown, or not supported.
-    pub(super) fn new(table: &mut Table) -> Result<Self, TableError> {
-        let layout = &table.layout;
-        let is_result = |label: &str| RESULTS.iter().any(|start| label.starts_with(start));
-        let is_ours = layout.labels.iter().any(|label| is_result(label));
-        let mut summary = Self::default();
-        let mut unknown = Vec::new();
-        for (index, (label, name)) in layout.labels.iter().zip(&layout.names).enumerate() {
-            let cell = |row: usize| table.rows.get(row).map_or("", |row| &row.cells[index]);
-            let other = (1..table.rows.len()).find(|row| cell(*row) != cell(0));
-            let is_constant = other.is_none();
-            let name_of = escaped(label);
-            let role = match KnownName::find(label).map(|known| known.role) {
-                _ if table.is_ignored(index) => Role::Ignored,
-                _ if is_ours && (is_result(label) || OTHER_RESULTS.contains(&&label[..])) => {
-                    Role::Output
-                }
-                _ if wavelength(name).is_some() => Role::Reading,
-                Some(role @ (Role::Instrument | Role::Color)) => {
-                    return Err(table.columns_error(&format!(
-                        "and {name_of} ({}) is not supported yet; give linear r, g, b, value or bands (not HSV or CIELAB) of one instrument, and \
-                         remove the column or give --ignore \"{name_of}\"",
-                        role.name()
-                    )));
-                }
-                Some(Role::Sample) if !is_constant => {
-                    return Err(table.columns_error(&format!(
-                        "and {name_of} names several samples ({}, and in line {} {}); give one file per sample, or --by \"{name_of}\" for \
-                         a fit of each, or --ignore \"{name_of}\" if they are one",
-                        escaped(cell(0)),
-                        table.rows[other.unwrap_or(0)].line,
-                        escaped(cell(other.unwrap_or(0)))
-                    )));
-                }
-                Some(Role::Channel)
-                    if table.has(&[MONOCHROME]) && !(is_constant && name == "channel") =>
-                {
-                    Role::Channel
-                }
-                Some(Role::Channel) | None if is_constant => Role::Constant,
-                Some(role @ (Role::Valid | Role::Scatter))
-                    if is_constant && is_kept(role, label, cell(0)).is_none() =>
-                {
-                    Role::Constant
-                }
-                None if label.is_empty() => Role::Note,
-                Some(Role::Channel) | None => {
-                    unknown.push(&label[..]);
-                    continue;
-                }
-                Some(role) => role,
-            };
-            let mut units = layout.units.iter();
-            let unit = units.find(|unit| unit.column == *name);
-            summary.columns.push(ColumnSummary {
-                name: name_of,
-                role,
-                unit: unit.map(|unit| escaped(&unit.text)),
-            });
-        }
-        if !unknown.is_empty() {
-            return Err(table.columns_error(&format!(
-                "of which {} are not known, and differ between rows; name directions theta_i, phi_i, theta_o, phi_o, readings r, \
-                 g, b, value or wavelengths, relative deviations noise, or give --ignore \"{}\" if the readings do not depend \
-                 on them, or --by NAME for a fit for each text of one",
-                escaped(&unknown.join(", ")),
-                escaped(&unknown.join(","))
-            )));
-        }
-        summary.mark_left_out(table)?;
-        Ok(summary)
-    }
-
-    fn mark_left_out(&self, table: &mut Table) -> Result<(), TableError> {
-        for (role, reason) in [
-            (Role::Valid, LeftOutRow::Invalid),
-            (Role::Scatter, LeftOutRow::Btdf),
-        ] {
-            for column in self.of(role) {
-                for index in 0..table.rows.len() {
-                    let row = &table.rows[index];
-                    let cell = table.cell(row, &column.name);
-                    let Some(is_kept) = is_kept(role, &column.name, cell) else {
-                        let message = format!(
-                            "column {}: the meaning of `{}` is unknown; write ok or bad, or 1 or 0 in a column valid or saturated, \
-                             or BRDF or BTDF in a column scatter",
-                            column.name,
-                            escaped(cell)
-                        );
-                        return Err(table.line_error(row.line, &message));
-                    };
-                    if !is_kept {
-                        table.rows[index].left_out = Some(reason);
-                    }
-                }
+impl Unit {
+    /// Returns the meaning of a text, in lowercase and without white space, in a column of a role; None if it has none.
+    pub(super) fn find(role: Role, text: &str) -> Option<Self> {
+        use Role::{Channel, Direction, Exposure, Noise, Reading};
+        Some(match (role, text) {
+            (Direction, "deg" | "degree" | "degrees" | "°" | "º") => {
+                Self::Angle(AngleUnit::Degrees)
             }
+            (Direction, "rad" | "radian" | "radians") => Self::Angle(AngleUnit::Radians),
+            (Reading, "1/sr" | "sr^-1" | "sr-1" | "sr⁻¹" | "/sr") => Self::PerSteradian,
+            (Reading, "%" | "percent") => Self::Quantity("reflectance-percent"),
+            (Reading, "counts" | "count" | "dn" | "adu") => Self::Quantity("counts"),
+            (Noise, "%" | "percent") => Self::Factor(0.01),
+            (Exposure, "ms") => Self::Factor(1e-3),
+            (Exposure, "us" | "µs" | "μs") => Self::Factor(1e-6),
+            (Channel, "um" | "µm" | "μm") => Self::Factor(1e3),
+            (Reading | Noise, "1" | "-") | (Exposure, "s") | (Channel, "nm") => Self::Factor(1.0),
+            _ => return None,
+        })
+    }
+
+    /// Returns the factor of numbers.
+    pub(super) fn factor(self) -> f32 {
+        match self {
+            Self::Factor(factor) => factor,
+            _ => 1.0,
         }
-        Ok(())
+    }
+}
+
+/// A column of a table.
+#[derive(Clone)]
+pub(super) struct Column {
+    /// The name in the file in lowercase, without a unit.
+    pub(super) label: String,
+    /// The name by which readers know the column, or else the label.
+    pub(super) name: String,
+    /// None if the name is unknown.
+    pub(super) role: Option<Role>,
+    /// The lines that state a unit, and its text in lowercase, without white space and brackets.
+    pub(super) units: Vec<(usize, String)>,
+}
+
+impl Column {
+    /// Reads the name in a cell of a line, and the unit after it, in brackets or at the end of the name.
+    pub(super) fn new(line: usize, cell: &str) -> Self {
+        let unit = cell.find(['(', '[']).filter(|_| cell.ends_with([')', ']']));
+        let (label, unit) = cell.split_at(unit.unwrap_or(cell.len()));
+        let label = label.trim().to_lowercase();
+        let band = wavelength(&label).map(|_| Role::Reading);
+        let (known, suffix) = find(&label).unzip();
+        let mut column = Self {
+            name: known.map_or(label.clone(), |(_, name)| name.to_owned()),
+            role: known.map_or(band, |(role, _)| Some(role)),
+            label,
+            units: Vec::new(),
+        };
+        column.add_unit(line, suffix.filter(|_| unit.is_empty()).unwrap_or(unit));
+        column
     }
 
-    /// Counts a row that is left out.
-    pub(super) fn leave_out(&mut self, reason: LeftOutRow) {
-        match self.left_out.iter_mut().find(|rows| rows.reason == reason) {
-            Some(rows) => rows.rows += 1,
-            None => self.left_out.push(LeftOutRows { reason, rows: 1 }),
+    /// Adds the unit in a cell. Returns true if its meaning is known.
+    pub(super) fn add_unit(&mut self, line: usize, cell: &str) -> bool {
+        let is_kept = |c: &char| !c.is_whitespace() && !"()[]".contains(*c);
+        let text: String = cell.to_lowercase().chars().filter(is_kept).collect();
+        if text.is_empty() || text == "nm" && wavelength(&self.name).is_some() {
+            return false;
         }
+        let is_known = self
+            .role
+            .is_some_and(|role| Unit::find(role, &text).is_some());
+        self.units.push((line, text));
+        is_known
     }
 
-    /// Returns true if a column is ignored by this name.
-    #[must_use]
-    pub fn ignores(&self, name: &str) -> bool {
-        self.of(Role::Ignored)
-            .any(|column| is_same(&column.name, name))
+    /// Returns true if the cells are numbers.
+    pub(super) fn has_numbers(&self) -> bool {
+        use Role::{Channel, Direction, Exposure, Index, Noise, Reading};
+        matches!(
+            self.role,
+            Some(Direction | Index | Reading | Noise | Exposure | Channel)
+        )
     }
 
-    /// Returns the columns of a role.
-    pub fn of(&self, role: Role) -> impl Iterator<Item = &ColumnSummary> {
-        self.columns
-            .iter()
-            .filter(move |column| column.role == role)
+    /// Returns true if a table of readings has at most one column of the name.
+    pub(super) fn is_unique(&self) -> bool {
+        self.has_numbers() || matches!(self.role, Some(Role::Quantity | Role::Saturated))
     }
+}
+
+/// Finds the role, the name by which readers know it, and the unit at the end of a column's name. An asterisk is part of a
+/// name, such as of b*.
+fn find(label: &str) -> Option<((Role, &'static str), &'static str)> {
+    let label = Some(label)
+        .filter(|label| !label.contains('*'))
+        .map(simplified)?;
+    SUFFIXES.into_iter().find_map(|suffix| {
+        let label = label.strip_suffix(suffix)?;
+        let mut lines = NAMES.lines().map(|line| line.split(' '));
+        let mut words =
+            lines.find(|words| words.clone().skip(1).any(|word| simplified(word) == label))?;
+        let role = Role::from_str(words.next()?, false).ok()?;
+        let is_unit = suffix.is_empty() || Unit::find(role, suffix).is_some();
+        words
+            .next()
+            .filter(|_| is_unit)
+            .map(|name| ((role, name), suffix))
+    })
+}
+
+/// Returns the letters and digits of a name, in lowercase.
+pub(super) fn simplified(name: &str) -> String {
+    let characters = name.chars().filter(|c| c.is_alphanumeric());
+    characters.flat_map(char::to_lowercase).collect()
+}
+
+/// Returns true if two names differ only in capitals and separators of words.
+pub(super) fn is_same(one: &str, other: &str) -> bool {
+    let name = simplified(one);
+    one == other || !name.is_empty() && name == simplified(other)
+}
+
+/// Returns the wavelength in nm of a column of readings in a band: `390`, `390nm` or `w390`.
+pub(super) fn wavelength(name: &str) -> Option<f32> {
+    let number = name.strip_prefix('w').unwrap_or(name);
+    let number = number.strip_suffix("nm").unwrap_or(number);
+    let is_number = number.starts_with(|first: char| first.is_ascii_digit());
+    let wavelength = number.trim_end().parse().ok().filter(|_| is_number);
+    wavelength.filter(|wavelength| (200.0..=2600.0).contains(wavelength))
 }

@@ -1,6 +1,6 @@
 //! Units and conventions of stated angles.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::FRAC_PI_2;
 
 use clap::{Args, ValueEnum};
 use glimpse_core::geometry::{Angles, HalfDifference};
@@ -121,61 +121,28 @@ pub(super) struct AngleFormat {
     pub(super) set: AngleSet,
     /// The stated unit of each column.
     pub(super) stated: [Option<AngleUnit>; 4],
-    /// The unit of each column without a stated one and without an option.
-    assumed: [AngleUnit; 4],
 }
 
 impl AngleFormat {
-    /// Creates the format of rows. A column without a unit has that of another column, unless its angles are too large
-    /// to be radians.
-    pub(super) fn new<'a>(
-        set: AngleSet,
-        stated: [Option<AngleUnit>; 4],
-        rows: impl Iterator<Item = &'a StatedAngles> + Clone,
-    ) -> Self {
-        let any = stated.into_iter().flatten().next();
-        let mut assumed = [any.unwrap_or(AngleUnit::Degrees); 4];
-        for (index, _, is_polar) in set.columns() {
-            let max_radians = if is_polar { PI } else { 1.01 * TAU };
-            if rows.clone().any(|row| row[index].abs() > max_radians) {
-                assumed[index] = AngleUnit::Degrees;
-            }
-        }
-        Self {
-            set,
-            stated,
-            assumed,
-        }
-    }
-
-    /// Returns the largest magnitude of polar angles or azimuths.
-    pub(super) fn largest<'a>(
+    /// Returns the largest magnitude of polar angles or azimuths whose unit neither the file nor an option states.
+    pub(super) fn largest_unstated<'a>(
         &self,
         is_polar: bool,
+        args: &AngleArgs,
         rows: impl Iterator<Item = &'a StatedAngles> + Clone,
     ) -> f64 {
-        let columns = self
-            .set
-            .columns()
-            .filter(|(_, _, other)| *other == is_polar);
-        let angles =
-            columns.flat_map(|(index, _, _)| rows.clone().map(move |row| row[index].abs()));
+        let columns = self.set.columns().filter(|(index, _, other)| {
+            let is_unstated = self.stated[*index].or(args.unit_of(is_polar)).is_none();
+            is_unstated && *other == is_polar
+        });
+        let angles = columns.flat_map(|(index, ..)| rows.clone().map(move |row| row[index].abs()));
         angles.fold(0.0, f64::max)
-    }
-
-    /// Returns true if polar angles or azimuths are in degrees only because nothing states their unit.
-    pub(super) fn assumes_degrees(&self, is_polar: bool, args: &AngleArgs) -> bool {
-        let mut columns = self.set.columns();
-        columns.any(|(index, _, other)| {
-            let stated = self.stated[index].or(args.unit_of(is_polar));
-            other == is_polar && stated.is_none() && self.assumed[index] == AngleUnit::Degrees
-        })
     }
 
     /// Returns the unit of a column.
     pub(super) fn unit(&self, index: usize, is_polar: bool, args: &AngleArgs) -> AngleUnit {
         let stated = self.stated[index].or(args.unit_of(is_polar));
-        stated.unwrap_or(self.assumed[index])
+        stated.unwrap_or(AngleUnit::Degrees)
     }
 
     /// Converts the angles of a row to Rusinkiewicz angles in radians. The error describes an angle.
@@ -198,20 +165,14 @@ impl AngleFormat {
                 if args.has(Elevation) {
                     angle = FRAC_PI_2 - angle;
                 }
-                if angle < 0.0 && self.set != AngleSet::InPlane && !args.has(Signed) {
+                let is_half = self.set == AngleSet::HalfDifference;
+                let max_degrees = if is_half { 90.0 } else { 180.0 };
+                let is_signed = self.set == AngleSet::InPlane || args.has(Signed);
+                if angle < 0.0 && !is_signed || angle.abs().to_degrees() > max_degrees {
                     return Err(format!(
-                        "column {name}: {number} is below 0; give --convention signed if a negative polar angle is at the \
-                         opposite azimuth"
-                    ));
-                }
-                let max_degrees = match self.set {
-                    AngleSet::HalfDifference => 90.0,
-                    _ => 180.0,
-                };
-                if angle.abs().to_degrees() > max_degrees {
-                    let unit = unit.name();
-                    return Err(format!(
-                        "column {name}: {number} {unit} is out of range; give an angle of 0 to {max_degrees} degrees"
+                        "column {name}: {number} {} is out of range; give an angle of 0 to {max_degrees} degrees, or --convention \
+                         signed if a negative polar angle is at the opposite azimuth",
+                        unit.name()
                     ));
                 }
             }

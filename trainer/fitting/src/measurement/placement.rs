@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use glimpse_core::geometry::{Angles, Arms, HalfDifference};
+use glimpse_core::geometry::{Angles, Arms};
 
 use super::angles::above_horizon;
 use super::conventions::AngleConvention;
@@ -25,7 +25,7 @@ pub(super) struct Placement {
 }
 
 /// The distance between two pairs of directions.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AngularDistance {
     /// The largest difference of the three angles, in degrees.
     pub degrees: f64,
@@ -50,18 +50,14 @@ impl AngularDistance {
                 azimuth * sines.into_iter().fold(1.0, f64::min),
             ),
         ];
-        let [first, others @ ..] = differences.map(|(angle, difference)| Self {
+        let distances = differences.map(|(angle, difference)| Self {
             degrees: difference.abs(),
             angle,
         });
-        // NaN counts as the largest distance.
-        let is_larger = |one: &Self, max: &Self| one.degrees > max.degrees || one.degrees.is_nan();
-        others.into_iter().fold(
-            first,
-            |max, other| {
-                if is_larger(&other, &max) { other } else { max }
-            },
-        )
+        // NaN counts as the largest distance. Of equal ones, the first counts.
+        let distances = distances.into_iter().rev();
+        let largest = distances.max_by(|one, other| one.degrees.total_cmp(&other.degrees));
+        largest.unwrap_or_default()
     }
 }
 
@@ -118,11 +114,11 @@ impl ReadingRows {
         let mut known: HashMap<[u32; 3], usize> = HashMap::new();
         let mut of_rows = Vec::with_capacity(self.readings.len());
         for row in &self.readings {
-            let error = |message| self.line_error(row.line, message);
+            let error = |message: &str| self.line_error(row.line, message);
             let angles = row.angles.ok_or_else(|| {
-                error("it has an index, but this recipe has no pattern; give the directions")
+                error("it has no directions, and this recipe has no pattern; give the directions")
             })?;
-            let angles = above_horizon(angles).ok_or_else(|| error(self.horizon_defect()))?;
+            let angles = above_horizon(angles).ok_or_else(|| error(&self.horizon_defect()))?;
             let bits = angles.to_array().map(f32::to_bits);
             let sample = *known.entry(bits).or_insert(directions.len());
             if sample == directions.len() {
@@ -137,15 +133,26 @@ impl ReadingRows {
         })
     }
 
-    /// Returns the defect of a row with a direction that is not above the horizon.
-    fn horizon_defect(&self) -> &'static str {
-        let mut angles = self.readings.iter().filter_map(|row| row.angles);
-        if angles.all(|angles| HalfDifference::from_angles(angles).cos_theta_i() <= 0.0) {
-            "the light is below the horizon, as in all rows; give --convention travel if its angles are those of its direction \
-             of travel"
-        } else {
-            "a direction is not above the horizon; correct the row or remove it"
-        }
+    /// Returns the defect of a row with a direction that is not above the horizon, and the conventions with which all are.
+    fn horizon_defect(&self) -> String {
+        let causes = [AngleConvention::Elevation, AngleConvention::Travel];
+        let causes = causes.into_iter().filter_map(|cause| self.toggled(cause));
+        let causes: Vec<String> = causes.map(|(remedy, _)| remedy).collect();
+        let causes = match causes.join(", or ") {
+            none if none.is_empty() => none,
+            causes => format!(". All directions are above it if {causes}"),
+        };
+        format!("a direction is not above the horizon; correct the row or remove it{causes}")
+    }
+
+    /// Returns the remedy of giving a convention, or removing it, and the directions of the rows with it. None if one is not
+    /// above the horizon then.
+    fn toggled(&self, convention: AngleConvention) -> Option<(String, Vec<Option<Angles<f64>>>)> {
+        let args = self.angle_args.toggled(convention);
+        let is_given = args.has(convention);
+        let verb = if is_given { "give" } else { "remove" };
+        let remedy = format!("you {verb} --convention {}", convention.name());
+        Some((remedy, self.reread(&args)?))
     }
 
     /// Finds the sample of a row. Returns it with its distance, if the row has directions.
@@ -224,17 +231,9 @@ impl ReadingRows {
                 })
             })
         };
-        for convention in CAUSES {
-            let args = self.angle_args.toggled(convention);
-            let angles = self.reread(&args);
-            if angles.is_some_and(|angles| all_match(&angles, |arms| arms)) {
-                let verb = if args.has(convention) {
-                    "give"
-                } else {
-                    "remove"
-                };
-                return Some(format!("you {verb} --convention {}", convention.name()));
-            }
+        let mut causes = CAUSES.into_iter().filter_map(|cause| self.toggled(cause));
+        if let Some((remedy, _)) = causes.find(|(_, angles)| all_match(angles, |arms| arms)) {
+            return Some(remedy);
         }
         // In the plane of incidence, where phi_o - phi_i is 0 or 180 degrees, the directions stay the same. Elsewhere they
         // change, but a mirror-symmetric material has the same BRDF.

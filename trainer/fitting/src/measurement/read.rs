@@ -2,17 +2,16 @@
 
 use std::path::Path;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::untrusted::escaped;
 
 use super::angle_table::TableAngles;
-use super::columns::{TableSummary, truth};
+use super::columns::{CHANNELS, INDEX, MONOCHROME, Role, Unit, simplified, wavelength};
 use super::conventions::{AngleArgs, StatedAngles};
-use super::layout::{CHANNELS, INDEX, MONOCHROME};
 use super::long::join_channels;
+use super::quantity::Multiple;
 use super::rows::{LabReading, ReadingRows};
-use super::table::{LeftOutRow, Row, Table, TableError};
+use super::table::{LeftOutRow, Mark, Row, Table, TableError};
 use crate::choice::Choice;
 
 /// The largest number of bands.
@@ -38,17 +37,12 @@ impl ReadingRows {
         Self::from_table(path, Table::read(path, &args.ignore)?, args)
     }
 
-    /// Reads a file with a material for each text of a column, in the order of the file.
+    /// Reads a file with a material for each text of a column, in alphabetical order.
     ///
     /// # Errors
     /// As [`read`](Self::read), or if the file lacks the column.
     pub fn read_by(path: &Path, args: &TableArgs, column: &str) -> Result<Vec<Self>, TableError> {
-        let table = Table::read(path, &args.ignore)?;
-        let missing = table.columns_error(&format!(
-            "not {}; correct --by, or remove it",
-            escaped(column)
-        ));
-        let tables = table.split(column).ok_or(missing)?.into_iter();
+        let tables = Table::read(path, &args.ignore)?.split(column)?.into_iter();
         let rows = tables.map(|(name, table)| {
             let mut rows = Self::from_table(path, table, args)?;
             // The name of a file.
@@ -62,12 +56,14 @@ impl ReadingRows {
     }
 
     fn from_table(path: &Path, mut table: Table, args: &TableArgs) -> Result<Self, TableError> {
-        let mut summary = TableSummary::new(&mut table)?;
-        let first = table.rows.first().map_or(table.layout.line, |row| row.line);
+        let mut summary = table.account()?;
         join_channels(&mut table)?;
-        let reasons = table.rows.iter().filter_map(|row| row.left_out);
-        reasons.for_each(|reason| summary.leave_out(reason));
-        table.rows.retain(|row| row.left_out.is_none());
+        table.rows.retain(|row| {
+            if let Mark::LeftOut(reason) = row.mark {
+                *summary.left_out.entry(reason).or_default() += 1;
+            }
+            row.mark < Mark::LeftOut(LeftOutRow::Invalid)
+        });
         let angles = TableAngles::find(&table, &args.angles)?;
         if angles.is_none() && !table.has(&[INDEX]) {
             return Err(table.columns_error(
@@ -75,83 +71,111 @@ impl ReadingRows {
                  theta_o, phi_o (degrees), or index (the sample's number, from 0)",
             ));
         }
-        let bands = table.bands();
-        let wavelengths: Vec<f32> = bands.iter().map(|(_, wavelength)| *wavelength).collect();
+        let names = table.layout.columns.iter().map(|column| &column.name[..]);
+        let bands = names.filter_map(|name| Some((name, wavelength(name)?)));
+        let mut bands: Vec<(&str, f32)> = bands.collect();
+        bands.sort_by(|(_, one), (_, other)| one.total_cmp(other));
+        let wavelengths = bands.iter().map(|band| band.1).collect();
         let mut all = Self::new(path.into(), false, wavelengths);
         all.is_monochrome = table.has(&[MONOCHROME]);
         let sets = [table.has(&CHANNELS), all.is_monochrome, !bands.is_empty()];
         let count = sets.into_iter().filter(|set| *set).count();
-        if count != 1 {
-            let defect = if count == 0 {
-                "none of which holds readings; add"
-            } else {
-                "which hold two sets of readings; keep"
-            };
+        let is_ascending = all.wavelengths.is_sorted_by(|one, other| one < other);
+        if count != 1 || !is_ascending || bands.len() > MAX_BANDS {
             return Err(table.columns_error(&format!(
-                "{defect} r, g, b, or value for a sensor with one channel, or wavelengths in nm such as 390nm"
-            )));
-        }
-        if !all.wavelengths.is_sorted_by(|one, other| one < other) || bands.len() > MAX_BANDS {
-            return Err(table.file_error(format!(
-                "line {} names {} bands; give at most {MAX_BANDS}, each wavelength once",
-                table.layout.line,
+                "with {count} sets of readings and {} bands; give one set: r, g, b, or value for a sensor with one channel, or \
+                 at most {MAX_BANDS} different wavelengths in nm such as 390nm",
                 bands.len()
             )));
         }
-        let columns: Vec<&str> = if bands.is_empty() {
-            all.channels().to_vec()
-        } else {
-            bands.iter().map(|(name, _)| &name[..]).collect()
+        let columns = match &bands[..] {
+            [] => all.channels().to_vec(),
+            bands => bands.iter().map(|band| band.0).collect(),
         };
         all.quantities = table.stated_quantities()?;
         all.angle_args = args.angles.clone();
         let mut angles_of_rows = vec![None; table.rows.len()];
         if let Some(TableAngles { format, rows }) = angles {
             for (index, name, is_polar) in format.set.columns() {
-                let mut columns = table.layout.names.iter().zip(&mut summary.columns);
-                if let Some((_, column)) = columns.find(|(other, _)| *other == name) {
+                let column = table.layout.index(name);
+                if let Some(column) = column.and_then(|column| summary.columns.get_mut(column)) {
                     column.unit = Some(format.unit(index, is_polar, &args.angles).name());
                 }
             }
             all.angle_format = Some(format);
             angles_of_rows = rows;
         }
-        if table.rows.is_empty() && summary.left_out.is_empty() {
-            return Err(table.file_error(format!(
-                "it has no rows below line {}; add the readings",
-                table.layout.line
-            )));
-        }
-        let units = Units::of(&table)?;
+        let factor = |name| Ok(table.unit(name)?.map_or(1.0, Unit::factor));
+        let factors = [factor("noise")?, factor("exposure")?];
         for (row, angles) in table.rows.iter().zip(angles_of_rows) {
             if angles.is_some_and(|(_, angles)| is_sensor_below(angles)) {
-                summary.leave_out(LeftOutRow::SensorBelowHorizon);
+                let reason = LeftOutRow::SensorBelowHorizon;
+                *summary.left_out.entry(reason).or_default() += 1;
                 continue;
             }
-            let mut quantity = table.cell(row, "quantity").to_lowercase();
-            // ASTM's name, which the options accept as well.
-            if quantity == "brdf-cos" {
-                quantity = "brdf-cos-o".to_owned();
-            }
+            // Other names and capitals are those of the options.
+            let cell = table.cell(row, "quantity").to_lowercase();
+            let quantity = Multiple::from_str(&cell, true).map_or(cell, |multiple| multiple.name());
             let is_known = |(_, _, known): &(usize, String, String)| *known == quantity;
             if !quantity.is_empty() && !all.quantities.iter().any(is_known) {
-                all.quantities
-                    .push((row.line, "quantity".to_owned(), quantity));
+                let column = "quantity".to_owned();
+                all.quantities.push((row.line, column, quantity));
             }
-            all.readings
-                .push(read_row(&table, row, &columns, angles, &units)?);
+            let reading = read_row(&table, row, &columns, angles, factors)?;
+            all.readings.push(reading);
         }
-        if let ([], [left_out, ..]) = (&all.readings[..], &summary.left_out[..]) {
-            let message = format!(
-                "as all {} rows, is left out ({}); give readings of reflection, or --convention exchanged,travel if light and \
+        if table.rows.is_empty() && summary.left_out.is_empty() {
+            return Err(table.columns_error("but no rows are below it; add the readings"));
+        }
+        if let Some((reason, count)) = summary.left_out.first_key_value()
+            && all.readings.is_empty()
+        {
+            return Err(table.file_error(format!(
+                "all rows are left out ({count}: {}); give readings of reflection, or --convention exchanged,travel if light and \
                  sensor are exchanged",
-                left_out.rows,
-                left_out.reason.name()
-            );
-            return Err(table.line_error(first, &message));
+                reason.name()
+            )));
         }
         all.summary = summary;
         Ok(all.without_empty_rows())
+    }
+}
+
+impl Table {
+    /// Returns the line, the column and the quantity of each statement in the names and units of readings.
+    ///
+    /// # Errors
+    /// If a unit is unknown, or differs from that of another column.
+    fn stated_quantities(&self) -> Result<Vec<(usize, String, String)>, TableError> {
+        let mut stated = Vec::new();
+        let mut first = None;
+        let columns = self.layout.columns.iter();
+        for column in columns.filter(|column| column.role == Some(Role::Reading)) {
+            let mut state = |line: usize, quantity: &str| {
+                stated.push((line, column.label.clone(), quantity.to_owned()));
+            };
+            let quantity = match &simplified(&column.label)[..] {
+                "counts" => Some("counts"),
+                "reflectancefactor" | "radiancefactor" => Some("reflectance-factor"),
+                label => (label.starts_with("brdf") || label == "bsdf").then_some("brdf"),
+            };
+            if let Some(quantity) = quantity {
+                state(self.layout.line, quantity);
+            }
+            for (line, text) in &column.units {
+                let unit = Unit::find(Role::Reading, text);
+                if unit == Some(Unit::Factor(1.0)) {
+                    continue;
+                }
+                if unit.is_none() || *first.get_or_insert(unit) != unit {
+                    return Err(self.unit_error(*line, column, text));
+                }
+                if let Some(Unit::Quantity(quantity)) = unit {
+                    state(*line, quantity);
+                }
+            }
+        }
+        Ok(stated)
     }
 }
 
@@ -161,99 +185,35 @@ fn is_sensor_below(angles: Angles<f64>) -> bool {
     at.cos_theta_i() > 1e-6 && at.cos_theta_o() < -1e-6
 }
 
-/// The factors of units.
-struct Units {
-    /// Of the standard deviation relative to a reading.
-    noise: f32,
-    /// Of s.
-    exposure: f32,
-}
-
-impl Units {
-    fn of(table: &Table) -> Result<Self, TableError> {
-        let exposure = [
-            ("s", 1.0),
-            ("ms", 1e-3),
-            ("us", 1e-6),
-            ("µs", 1e-6),
-            ("μs", 1e-6),
-        ];
-        Ok(Self {
-            noise: table.factor("noise", &[("%", 0.01), ("1", 1.0), ("-", 1.0)])?,
-            exposure: table.factor("exposure", &exposure)?,
-        })
-    }
-}
-
-/// Reads the cells of a row. `columns` are those of the numbers, which are empty if nothing was read.
+/// Reads the cells of a row. `columns` are those of the numbers, which are empty if nothing was read. The factors are those of
+/// the units of noise and exposure.
 fn read_row(
     table: &Table,
     row: &Row,
     columns: &[&str],
     angles: Option<(StatedAngles, Angles<f64>)>,
-    units: &Units,
+    [noise_unit, exposure_unit]: [f32; 2],
 ) -> Result<LabReading, TableError> {
-    let error = |message: String| Err(table.line_error(row.line, &message));
     // Some programs write whole numbers as 3.0.
-    let index = table.number::<f64>(row, INDEX, "give the sample's number, 0, 1, 2, ...")?;
-    if let Some(index) = index.filter(|index| !(*index >= 0.0 && index.fract() == 0.0)) {
-        return error(format!(
-            "column index: {index} is not a sample's number; give 0, 1, 2, ..."
-        ));
-    }
-    if index.is_none() && angles.is_none() {
-        return error("the directions and the index are empty; give one of them".to_owned());
-    }
-    let mut numbers = Vec::with_capacity(columns.len());
-    let mut empty = None;
-    for name in columns {
-        let remedy = "correct it";
-        // Programs write a missing value as an empty cell or as NaN.
-        match table.number::<f32>(row, name, remedy)? {
-            Some(number) if number.is_infinite() => {
-                let cell = escaped(table.cell(row, name));
-                return error(format!("column {name}: {cell} is not finite; {remedy}"));
-            }
-            Some(number) if !number.is_nan() => numbers.push(number),
-            _ => empty = empty.or(Some(name)),
-        }
-    }
-    if let Some(name) = empty.filter(|_| !numbers.is_empty()) {
-        return error(format!(
-            "column {name}: it is empty but the other channels are not; give all {}, or none if nothing was read",
-            columns.len()
-        ));
-    }
-    let cell = table.cell(row, "saturated");
-    let saturated = truth(cell).or(cell.is_empty().then_some(false));
-    let Some(saturated) = saturated else {
-        return error(format!(
-            "column saturated: `{}` is neither 0 nor 1; give 1 if the sensor was saturated",
-            escaped(cell)
-        ));
-    };
+    let is_index = |index: &f64| *index >= 0.0 && index.fract() == 0.0;
+    let remedy = "give the sample's number, 0, 1, 2, ...";
+    let index = table.number(row, INDEX, is_index, remedy)?;
+    let is_finite = |number: &f64| (*number as f32).is_finite();
+    let numbers = table.numbers(row, columns, is_finite, "correct it")?;
+    let is_noise = |noise: &f64| (0.0..=10.0).contains(&(noise_unit * *noise as f32));
     let remedy = "give the standard deviation relative to the reading, 0 to 10";
-    let noise = table.number::<f32>(row, "noise", remedy)?;
-    let noise = noise.map(|noise| units.noise * noise);
-    if let Some(noise) = noise.filter(|noise| !(0.0..=10.0).contains(noise)) {
-        return error(format!("column noise: {noise} is out of range; {remedy}"));
-    }
-    let remedy = "give a time above 0";
-    let exposure = table.number::<f32>(row, "exposure", remedy)?;
-    let exposure = exposure.map(|exposure| units.exposure * exposure);
-    if let Some(exposure) = exposure.filter(|exposure| !(*exposure > 0.0 && exposure.is_finite())) {
-        return error(format!(
-            "column exposure: {exposure} s is out of range; {remedy}"
-        ));
-    }
+    let noise = table.number(row, "noise", is_noise, remedy)?;
+    let times = f32::MIN_POSITIVE..=f32::MAX;
+    let is_time = |time: &f64| times.contains(&(exposure_unit * *time as f32));
+    let exposure = table.number(row, "exposure", is_time, "give a time above 0")?;
     Ok(LabReading {
         line: row.line,
         index: index.map(|index| index as usize),
         angles: angles.map(|(_, angles)| angles),
         stated_angles: angles.map(|(stated, _)| stated),
-        numbers,
-        saturated,
-        noise,
-        exposure,
+        numbers: numbers.into_iter().map(|number| number as f32).collect(),
+        saturated: row.mark == Mark::Saturated,
+        noise: noise.map(|noise| noise_unit * noise as f32),
+        exposure: exposure.map(|exposure| exposure_unit * exposure as f32),
     })
 }

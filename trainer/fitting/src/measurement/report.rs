@@ -9,7 +9,6 @@ use glimpse_materials::{BasisFile, Brdf, FittedMaterial, Viewing};
 use serde::Serialize;
 
 use super::alternatives::Doubt;
-use super::columns::TableSummary;
 use super::fit::MaterialFit;
 use super::gaps::Gaps;
 use super::loss_scale::LossScale;
@@ -17,6 +16,7 @@ use super::noise::NoiseSummary;
 use super::outliers::{OutlierKind, OutlierSet};
 use super::readings::ReadingStatus;
 use super::spectrum::SpectrumReport;
+use super::summary::TableSummary;
 use crate::choice::Choice;
 use crate::route::relative_arms;
 

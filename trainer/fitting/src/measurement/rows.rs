@@ -9,9 +9,9 @@ use glimpse_materials::{Viewing, weighted_sums};
 use serde::{Deserialize, Serialize};
 
 use super::angles::{above_horizon, polar_angles};
-use super::columns::TableSummary;
+use super::columns::{CHANNELS, MONOCHROME};
 use super::conventions::{AngleArgs, AngleFormat, AngleSet, AngleUnit, StatedAngles};
-use super::layout::{CHANNELS, MONOCHROME};
+use super::summary::TableSummary;
 use super::table::TableError;
 
 /// One reading of a lab.
@@ -37,7 +37,7 @@ pub struct LabReading {
 }
 
 /// Readings of a file or of an array.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct ReadingRows {
     /// The file, or the name of the array.
     pub path: PathBuf,
@@ -78,11 +78,12 @@ impl ReadingRows {
                 [theta_i, phi_i, theta_o, phi_o]
             });
         }
-        let stated = readings.iter();
-        let stated = stated.filter_map(|reading| reading.stated_angles.as_ref());
-        let radians = [Some(AngleUnit::Radians); 4];
+        let format = AngleFormat {
+            set: AngleSet::Directions,
+            stated: [Some(AngleUnit::Radians); 4],
+        };
         let all = Self {
-            angle_format: Some(AngleFormat::new(AngleSet::Directions, radians, stated)),
+            angle_format: Some(format),
             readings,
             ..Self::new(name.into(), true, wavelengths)
         };
@@ -108,17 +109,11 @@ impl ReadingRows {
         let name = path.file_stem().unwrap_or_default();
         Self {
             name: name.to_string_lossy().into_owned(),
-            summary: TableSummary::default(),
             path,
             is_array,
-            is_monochrome: false,
-            noise: None,
-            angle_args: AngleArgs::default(),
-            angle_format: None,
             weights: Viewing::default().rgb_weights(&wavelengths),
             wavelengths,
-            quantities: Vec::new(),
-            readings: Vec::new(),
+            ..Self::default()
         }
     }
 

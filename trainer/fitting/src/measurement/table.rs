@@ -1,17 +1,15 @@
 //! A table in a text file, such as CSV. One line names the columns, in any order.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use clap::ValueEnum;
 use csv::{Position, StringRecord};
-use glimpse_materials::untrusted::{escaped, escaped_start, read_at_most};
+use glimpse_materials::untrusted::{escaped, read_at_most};
 use serde::{Deserialize, Serialize};
 
-use super::cells::{MARKS, decode_latin, plain, with_point};
-use super::layout::{ANGLES, Layout, Unit, reader, tabulated, wavelength};
-use super::names::{KnownName, is_same};
+use super::cells::{MARKS, decode, plain, with_point};
+use super::columns::{Column, Role, Unit, is_same};
+use super::layout::{Layout, reader, single_spaced};
 
 /// The maximum size of a file in bytes, which holds more than a million rows.
 const MAX_BYTES: u64 = 1 << 28;
@@ -37,7 +35,7 @@ pub enum TableError {
     },
 }
 
-/// A table: the column names in lowercase, and the rows. Numbers have decimal points.
+/// A table: the columns, and the rows. Numbers have decimal points.
 pub(super) struct Table {
     path: PathBuf,
     pub(super) layout: Layout,
@@ -46,7 +44,7 @@ pub(super) struct Table {
 }
 
 /// A reason to leave a row out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum LeftOutRow {
     /// The row states that it is invalid.
@@ -57,13 +55,20 @@ pub enum LeftOutRow {
     SensorBelowHorizon,
 }
 
+/// The state of a row by its own columns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Mark {
+    Kept,
+    Saturated,
+    LeftOut(LeftOutRow),
+}
+
 /// A row and the line of the file on which it begins.
 #[derive(Clone)]
 pub(super) struct Row {
     pub(super) line: usize,
     pub(super) cells: StringRecord,
-    /// The reason to leave the row out.
-    pub(super) left_out: Option<LeftOutRow>,
+    pub(super) mark: Mark,
 }
 
 impl Table {
@@ -83,28 +88,25 @@ impl Table {
     fn parse_text(path: &Path, bytes: &[u8], ignored: &[String]) -> Result<Self, String> {
         let text = decode(bytes)?;
         let mut layout = Layout::find(&text)?;
-        for (label, name) in layout.labels.iter().zip(&mut layout.names) {
-            if ignored.iter().any(|ignored| is_same(label, ignored)) {
-                name.clear();
+        for column in &mut layout.columns {
+            if ignored.iter().any(|name| is_same(&column.label, name)) {
+                column.role = Some(Role::Ignored);
+                column.name.clear();
             }
         }
-        let (line_of_names, count) = (layout.line, layout.names.len());
-        let is_known = |name: &str| KnownName::find(name).is_some_and(|known| known.is_unique());
-        for (index, name) in layout.names.iter().enumerate() {
-            if is_known(name) && layout.names[..index].contains(name) {
+        let (line_of_names, count, separator) =
+            (layout.line, layout.columns.len(), layout.separator);
+        for (index, Column { name, .. }) in layout.columns.iter().enumerate() {
+            let mut others = layout.columns[..index].iter();
+            if others.any(|other| other.is_unique() && other.name == *name) {
                 return Err(format!(
                     "line {line_of_names} names two columns {name}; remove or rename one"
                 ));
             }
         }
         let below_names = text.splitn(line_of_names + 1, '\n').nth(line_of_names);
-        let separator = layout.separator;
-        let text = tabulated(below_names.unwrap_or_default(), separator);
-        let mut table = Self {
-            path: path.into(),
-            layout,
-            rows: Vec::new(),
-        };
+        let text = single_spaced(below_names.unwrap_or_default(), separator);
+        let mut rows = Vec::new();
         for record in reader(&text, separator).records() {
             let record = record.map_err(|error| error.to_string())?;
             let line = line_of_names + line_number(&text, record.position());
@@ -113,203 +115,205 @@ impl Table {
                     "line {line} has a quotation mark that is not closed; remove it"
                 ));
             }
-            let cells: Vec<&str> = record.iter().collect();
-            let last = cells.iter().rposition(|cell| !cell.is_empty());
+            let last = (0..record.len()).rfind(|index| !record[*index].is_empty());
             let used = last.map_or(0, |last| last + 1);
             // Spreadsheets write errors such as `#DIV/0!`.
-            let first = cells.first().copied().unwrap_or_default();
+            let first = record.get(0).unwrap_or_default();
             let is_error = first.ends_with(['!', '?']) || first == "#N/A";
             if used == 0 || first.starts_with('#') && !is_error {
                 continue;
             }
-            if used > count || cells.len() < count {
+            if used > count || record.len() < count {
                 return Err(format!(
                     "line {line} has {} cells, but line {line_of_names} names {count} columns; give every row {count} \
                      cells, and use decimal points instead of commas",
-                    used.max(cells.len().min(count)),
+                    used.max(record.len().min(count)),
                 ));
             }
-            let cells = &cells[..count];
-            if !table.rows.is_empty() || !table.layout.add_units(line, cells) {
-                let cells = cells.into();
-                table.rows.push(Row {
-                    line,
-                    cells,
-                    left_out: None,
-                });
+            let cells: Vec<&str> = record.iter().take(count).collect();
+            if !rows.is_empty() || !layout.add_units(line, &cells) {
+                let (cells, mark) = (cells.into(), Mark::Kept);
+                rows.push(Row { line, cells, mark });
             }
         }
+        let mut table = Self {
+            path: path.into(),
+            layout,
+            rows,
+        };
         table.read_numbers()?;
         Ok(table)
     }
 
     /// Writes the numbers in cells with decimal points, if one reading of their commas and points is possible.
     fn read_numbers(&mut self) -> Result<(), String> {
-        let names = &self.layout.names;
-        let has_numbers = |name: &String| {
-            wavelength(name).is_some()
-                || KnownName::find(name).is_some_and(|known| known.has_numbers())
+        self.map_numbers(plain);
+        let numbers = self.rows.iter().flat_map(|row| {
+            let cells = self.layout.columns.iter().zip(&row.cells);
+            let numbers = cells.filter(|(column, _)| column.has_numbers());
+            numbers.map(move |(column, cell)| (row.line, column, cell))
+        });
+        let has_comma = |(_, _, cell): &(usize, &Column, &str)| cell.contains(',');
+        let has_commas = self.layout.separator == ';' || numbers.clone().any(|one| has_comma(&one));
+        // Angles are below 1000.
+        let with_mark = |(_, column, cell): &(usize, &Column, &str), mark: usize| {
+            let number = with_point(cell, MARKS[mark]);
+            let is_angle = column.role == Some(Role::Direction);
+            number.filter(|number| !is_angle || number.parse().is_ok_and(|angle: f64| angle < 1e3))
         };
-        let columns: Vec<bool> = names.iter().map(has_numbers).collect();
-        // The first cell with two readings, and the first one that contradicts each mark of decimals.
-        let (mut ambiguous, mut contradiction) = (None, [None; 2]);
-        let mut has_commas = self.layout.separator == ';';
-        for (index, row) in self.rows.iter_mut().enumerate() {
-            let cells = row.cells.iter().zip(&columns);
-            let cells = cells.map(|(cell, is_number)| {
-                if *is_number {
-                    plain(cell)
-                } else {
-                    cell.to_owned()
-                }
-            });
-            let units = names
-                .iter()
-                .zip(&row.cells)
-                .filter(|(_, cell)| cell.ends_with(['°', 'º']));
-            for (name, _) in units {
-                if self.layout.units.iter().all(|unit| unit.column != *name) {
-                    self.layout.units.extend(Unit::new(row.line, name, "°"));
-                }
-            }
-            row.cells = cells.collect();
-            for (column, cell) in row
-                .cells
-                .iter()
-                .enumerate()
-                .filter(|(column, _)| columns[*column])
-            {
-                let is_angle = ANGLES.contains(&&names[column][..]);
-                let numbers = MARKS.map(|mark| {
-                    with_point(cell, mark).filter(|number| {
-                        !is_angle || number.parse().is_ok_and(|angle: f64| angle < 1e3)
-                    })
-                });
-                if !cell.contains(['.', ',']) || numbers.iter().all(Option::is_none) {
-                    continue;
-                }
-                has_commas |= cell.contains(',');
-                for (contradiction, number) in contradiction.iter_mut().zip(&numbers) {
-                    if number.is_none() {
-                        *contradiction = contradiction.or(Some((index, column)));
-                    }
-                }
-                if numbers[0] != numbers[1] {
-                    ambiguous = ambiguous.or(Some((index, column)));
-                }
-            }
-        }
-        let (mark, defect) = match contradiction {
-            _ if !has_commas => return Ok(()),
-            [None, None] => (MARKS[0], ambiguous),
-            [None, Some(_)] => (MARKS[0], None),
-            [Some(_), None] => (MARKS[1], None),
-            // With commas for both, the first cell with a comma.
-            [Some(one), Some(other)] => (
-                MARKS[0],
-                Some(if self.rows[one.0].cells[one.1].contains(',') {
-                    one
-                } else {
-                    other
-                }),
-            ),
+        // The first number that contradicts each mark of decimals.
+        let [no_point, no_comma] = [0, 1].map(|mark| {
+            let mut numbers = numbers.clone().filter(|_| has_commas);
+            numbers.find(|one| with_mark(one, mark).is_none() && with_mark(one, 1 - mark).is_some())
+        });
+        let mut ambiguous = numbers.filter(|one| with_mark(one, 0) != with_mark(one, 1));
+        let defect = match (no_point, no_comma) {
+            (None, None) if has_commas => ambiguous.next(),
+            (Some(one), Some(other)) => Some(if has_comma(&one) { one } else { other }),
+            _ => None,
         };
-        if let Some((row, column)) = defect {
-            let (row, name) = (&self.rows[row], &names[column]);
+        if let Some((line, column, cell)) = defect {
             return Err(format!(
-                "line {}, column {name}: the mark of `{}` may separate decimals or thousands; write all numbers with decimal \
+                "line {line}, column {}: the mark of `{}` may separate decimals or thousands; write all numbers with decimal \
                  points, and without separators of thousands",
-                row.line,
-                escaped(&row.cells[column])
+                column.name,
+                escaped(cell)
             ));
         }
-        for row in &mut self.rows {
-            let cells = row.cells.iter().zip(&columns);
-            let number = |(cell, is_number): (&str, &bool)| {
-                let number = with_point(cell, mark).filter(|_| *is_number);
-                number.unwrap_or_else(|| cell.to_owned())
-            };
-            row.cells = cells.map(number).collect();
-        }
+        let mark = MARKS[usize::from(no_point.is_some())];
+        self.map_numbers(|cell| with_point(cell, mark).unwrap_or_else(|| cell.to_owned()));
         Ok(())
     }
 
-    /// Returns true if the option `--ignore` names the column.
-    pub(super) fn is_ignored(&self, column: usize) -> bool {
-        self.layout.names[column].is_empty() && !self.layout.labels[column].is_empty()
-    }
-
-    /// Returns a table for each text of a column, with the text. None if the table lacks the column.
-    pub(super) fn split(self, column: &str) -> Option<Vec<(String, Self)>> {
-        let index = self
-            .layout
-            .labels
-            .iter()
-            .position(|label| is_same(label, column))?;
-        let mut tables: Vec<(String, Self)> = Vec::new();
-        let mut known: HashMap<String, usize> = HashMap::new();
-        for row in self.rows {
-            let text = row.cells[index].to_owned();
-            let table = *known.entry(text.clone()).or_insert(tables.len());
-            if table == tables.len() {
-                let (path, layout) = (self.path.clone(), self.layout.clone());
-                tables.push((
-                    text,
-                    Self {
-                        path,
-                        layout,
-                        rows: Vec::new(),
-                    },
-                ));
-            }
-            tables[table].1.rows.push(row);
+    /// Replaces the cells of columns with numbers.
+    fn map_numbers(&mut self, write: impl Fn(&str) -> String) {
+        for row in &mut self.rows {
+            let cells = self.layout.columns.iter().zip(&row.cells);
+            let written = cells.map(|(column, cell)| {
+                let number = Some(cell).filter(|_| column.has_numbers());
+                number.map_or_else(|| cell.to_owned(), &write)
+            });
+            row.cells = written.collect();
         }
-        Some(tables)
     }
 
-    /// Returns the names and the wavelengths in nm of the columns of bands, in ascending order of wavelengths.
-    pub(super) fn bands(&self) -> Vec<(String, f32)> {
-        let names = self.layout.names.iter();
-        let bands = names.filter_map(|name| Some((name.to_owned(), wavelength(name)?)));
-        let mut bands: Vec<(String, f32)> = bands.collect();
-        bands.sort_by(|(_, one), (_, other)| one.total_cmp(other));
-        bands
+    /// Returns a table for each text of a column, with the text, in alphabetical order.
+    ///
+    /// # Errors
+    /// If the table lacks the column.
+    pub(super) fn split(mut self, name: &str) -> Result<Vec<(String, Self)>, TableError> {
+        let mut columns = self.layout.columns.iter();
+        let index = columns.position(|column| is_same(&column.label, name));
+        let index = index.ok_or_else(|| {
+            let name = escaped(name);
+            self.columns_error(&format!("not {name}; correct --by, or remove it"))
+        })?;
+        let text = |row: &Row| row.cells[index].to_owned();
+        self.rows.sort_by_cached_key(text);
+        let groups = self
+            .rows
+            .chunk_by(|one, other| one.cells[index] == other.cells[index]);
+        let table = |rows: &[Row]| {
+            let table = Self {
+                path: self.path.clone(),
+                layout: self.layout.clone(),
+                rows: rows.to_vec(),
+            };
+            (text(&rows[0]), table)
+        };
+        Ok(groups.map(table).collect())
     }
 
     /// Returns true if the table has all columns with these names.
     pub(super) fn has(&self, names: &[&str]) -> bool {
-        let has = |name: &&str| self.layout.names.iter().any(|column| column == name);
-        names.iter().all(has)
+        names.iter().all(|name| self.layout.index(name).is_some())
     }
 
     /// Returns the text of a cell; empty if the column does not exist.
-    pub(super) fn cell<'a>(&self, row: &'a Row, column: &str) -> &'a str {
-        let index = self.layout.names.iter().position(|name| name == column);
-        index.map_or("", |index| &row.cells[index])
+    pub(super) fn cell<'a>(&self, row: &'a Row, name: &str) -> &'a str {
+        self.layout
+            .index(name)
+            .map_or("", |index| &row.cells[index])
     }
 
-    /// Parses the number in a cell; None if the cell is empty or the column does not exist. `remedy` ends the error about
-    /// another text.
-    pub(super) fn number<T: FromStr>(
+    /// Returns the number in a cell; None if the cell is empty or the column does not exist. `remedy` ends the error about
+    /// a number that is not valid, or another text.
+    pub(super) fn number(
         &self,
         row: &Row,
-        column: &str,
+        name: &str,
+        is_valid: impl Fn(&f64) -> bool,
         remedy: &str,
-    ) -> Result<Option<T>, TableError> {
-        let cell = self.cell(row, column);
-        if cell.is_empty() {
-            return Ok(None);
+    ) -> Result<Option<f64>, TableError> {
+        let cell = self.cell(row, name);
+        let number = cell.parse().ok().filter(is_valid);
+        if number.is_some() || cell.is_empty() {
+            return Ok(number);
         }
-        cell.parse().map(Some).map_err(|_| {
-            let cell = escaped(cell);
-            let message = format!("column {column}: `{cell}` is not a valid number; {remedy}");
-            self.line_error(row.line, &message)
-        })
+        let cell = escaped(cell);
+        let message = format!("column {name}: `{cell}` is not valid; {remedy}");
+        Err(self.line_error(row.line, &message))
+    }
+
+    /// Returns the numbers in cells; none if all of them are empty.
+    pub(super) fn numbers(
+        &self,
+        row: &Row,
+        names: &[&str],
+        is_valid: fn(&f64) -> bool,
+        remedy: &str,
+    ) -> Result<Vec<f64>, TableError> {
+        let numbers = names
+            .iter()
+            .map(|name| self.number(row, name, is_valid, remedy));
+        let numbers: Vec<Option<f64>> = numbers.collect::<Result<_, _>>()?;
+        if let Some(empty) = numbers.iter().position(Option::is_none)
+            && numbers.iter().any(Option::is_some)
+        {
+            let (name, count) = (names[empty], names.len());
+            let message = format!(
+                "column {name}: it is empty, but others are not; give all {count}, or none"
+            );
+            return Err(self.line_error(row.line, &message));
+        }
+        Ok(numbers.into_iter().flatten().collect())
+    }
+
+    /// Returns the stated unit of a column; None if there is none, or the column does not exist.
+    ///
+    /// # Errors
+    /// If a unit is unknown, or differs from another one of the column.
+    pub(super) fn unit(&self, name: &str) -> Result<Option<Unit>, TableError> {
+        let mut stated = None;
+        let Some(index) = self.layout.index(name) else {
+            return Ok(None);
+        };
+        let column = &self.layout.columns[index];
+        for (line, text) in &column.units {
+            let unit = column.role.and_then(|role| Unit::find(role, text));
+            if unit.is_none() || stated.is_some() && stated != unit {
+                return Err(self.unit_error(*line, column, text));
+            }
+            stated = unit;
+        }
+        Ok(stated)
+    }
+
+    /// Returns an error that concerns a unit.
+    pub(super) fn unit_error(&self, line: usize, column: &Column, text: &str) -> TableError {
+        let (name, text) = (&column.name, escaped(text));
+        let message = format!(
+            "column {name}: its unit is `{text}`, which is unknown or differs from another one; give deg or rad for angles, 1/sr, \
+             % or counts for all readings, % for noise, ms or s for exposures, nm or um for wavelengths, or no unit and the \
+             quantity of the readings as an option (for counts per time, --white in the same unit, both without dark counts)"
+        );
+        self.line_error(line, &message)
     }
 
     /// Returns an error that concerns the columns.
     pub(super) fn columns_error(&self, defect: &str) -> TableError {
-        let names = escaped(&self.layout.labels.join(", "));
+        let labels = self.layout.columns.iter().map(|column| &column.label[..]);
+        let names = escaped(&labels.collect::<Vec<_>>().join(", "));
         let line = self.layout.line;
         self.file_error(format!("line {line} names the columns {names}, {defect}"))
     }
@@ -326,26 +330,6 @@ impl Table {
     pub(super) fn line_error(&self, line: usize, message: &str) -> TableError {
         self.file_error(format!("line {line}, {message}"))
     }
-}
-
-/// Returns the text of a file, in UTF-8 or Windows-1252, with `\n` at the end of each line. Spreadsheets and other files that
-/// are not text have bytes that are 0 or not printable.
-fn decode(bytes: &[u8]) -> Result<String, String> {
-    let unified = |text: &str| text.replace("\r\n", "\n").replace('\r', "\n");
-    let text = str::from_utf8(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
-    if let (Err(_), Some(text)) = (&text, decode_latin(bytes)) {
-        return Ok(unified(&text));
-    }
-    let valid = match (text, bytes.iter().position(|byte| *byte == 0)) {
-        (Ok(text), None) => return Ok(unified(text)),
-        (Err(error), None) => error.valid_up_to(),
-        (_, Some(position)) => position,
-    };
-    let line = 1 + bytes[..valid].iter().filter(|byte| **byte == b'\n').count();
-    let start = escaped_start(bytes);
-    Err(format!(
-        "line {line} is not text in UTF-8, and the file starts with `{start}`; save it as CSV in UTF-8"
-    ))
 }
 
 /// Returns the line of a row. The reader's `position` may be at empty lines before the row, which are skipped.

@@ -241,7 +241,8 @@ fn describe_columns(measured: &InputSummary) -> String {
         format!("{names}: {}{unit}{unused}", first.role.name())
     });
     let left_out = measured.table.left_out.iter();
-    let left_out = left_out.map(|out| format!("{} rows left out: {}", out.rows, out.reason.name()));
+    let left_out =
+        left_out.map(|(reason, rows)| format!("{rows} rows left out: {}", reason.name()));
     columns.chain(left_out).collect::<Vec<_>>().join("; ")
 }
 

@@ -93,15 +93,6 @@ fn error_names_nearest_sample() {
 }
 
 #[test]
-fn error_suggests_radians() {
-    let in_radians = "theta_h,theta_d,phi_d,value\n\
-                      0,0.5235988,0,1\n\
-                      0.3490659,0.1745329,1.5707963,1\n";
-    let message = error_message(read_brdf(in_radians));
-    assert_names(&message, &["--unit"]);
-}
-
-#[test]
 fn remedy_does_not_depend_on_the_name_of_a_column() {
     let args = TableArgs {
         angles: AngleArgs {
