@@ -12,7 +12,6 @@
 
 mod reflectors;
 
-use csv::Trim;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::numeric::{Scalar, Trigonometry};
 use rand::{Rng, SeedableRng};
@@ -22,6 +21,7 @@ use std::f64::consts::PI;
 use std::fmt;
 use std::sync::LazyLock;
 
+use crate::rows::rows;
 use crate::{Brdf, BrdfWithDerivative, Material};
 use glimpse_kernels::Dual;
 use reflectors::{Film, Lobe};
@@ -68,18 +68,8 @@ enum Class {
 }
 
 /// The classes, in the order of their indices.
-static CLASSES: LazyLock<Vec<ClassRanges>> = LazyLock::new(|| {
-    let mut reader = csv::ReaderBuilder::new();
-    let reader = reader
-        .comment(Some(b'#'))
-        .has_headers(false)
-        .trim(Trim::All);
-    // The fields of a missing layer are one empty field.
-    let reader = reader.flexible(true).from_reader(CLASS_ROWS.as_bytes());
-    let rows = reader.into_deserialize().collect::<Result<_, _>>();
-    rows.expect("the rows have the fields of `ClassRanges`")
-});
-const CLASS_ROWS: &str = include_str!("procedural/classes.csv");
+static CLASSES: LazyLock<Vec<ClassRanges>> =
+    LazyLock::new(|| rows(include_str!("procedural/classes.csv")));
 
 impl fmt::Display for Class {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::pab::{Incidence, PabSet, THETA_I, outgoing_angles, pair};
 use crate::color::product;
 use crate::error::{Defect, ensure, read_error};
-use crate::spectrum::{PRIMARIES, Viewing, WAVELENGTHS, have_color, weighted_sums};
+use crate::spectrum::{PRIMARIES, Viewing, have_color, weighted_sums};
 use crate::untrusted::{escaped_json_error, read_at_most};
 use crate::{Material, NotFinite, Omission, SourceError, Tabulation};
 
@@ -54,8 +54,9 @@ struct Table {
 /// If the BRDF is not finite at a direction.
 pub(super) fn to_open_material(table: &Tabulation<'_>) -> Result<Vec<u8>, NotFinite> {
     let columns = table.columns();
+    let (written, primaries) = &*PRIMARIES;
     let nm = match table.wavelengths {
-        [] => &WAVELENGTHS[..],
+        [] => &written[..],
         wavelengths => wavelengths,
     };
     let slices = THETA_I.par_iter().map(|theta_i| {
@@ -75,7 +76,7 @@ pub(super) fn to_open_material(table: &Tabulation<'_>) -> Result<Vec<u8>, NotFin
         for column in &columns {
             for (rgb, spectrum) in column.finite_values_at(&at)?.into_iter().zip(&mut spectra) {
                 match table.wavelengths {
-                    [] => spectrum.extend(product(&PRIMARIES, rgb)),
+                    [] => spectrum.extend(primaries.iter().flat_map(|row| product(&[*row], rgb))),
                     _ => spectrum.extend(rgb),
                 }
             }

@@ -23,7 +23,7 @@ use super::sample_point::{
     SamplePoint, coordinate, luminance, solid_angle, theta, times_cosine, unit_theta,
 };
 use super::tensor_file::{WrittenField, write};
-use crate::spectrum::{PRIMARIES, WAVELENGTHS};
+use crate::spectrum::PRIMARIES;
 use crate::{Brdf, NotFinite, Tabulation};
 
 /// The number of nodes of `rgb` and `luminance` along each axis.
@@ -74,7 +74,7 @@ pub(crate) fn to_rgl(table: &Tabulation<'_>, is_spectrum: bool) -> Result<Vec<u8
         let (wavelengths, spectra) = if has_bands {
             (table.wavelengths, colored)
         } else {
-            (&WAVELENGTHS[..], spectra_from_rgb(&colored))
+            (&PRIMARIES.0[..], spectra_from_rgb(&colored))
         };
         let waves = wavelengths.len();
         fields.push(floats("wavelengths", &[waves], wavelengths));
@@ -90,7 +90,7 @@ fn spectra_from_rgb(rgb: &[f32]) -> Vec<f32> {
     let nodes = SIDE * SIDE;
     let slices = rgb.chunks_exact(3 * nodes);
     let planes = slices.flat_map(|slice| {
-        PRIMARIES.iter().flat_map(move |weights| {
+        PRIMARIES.1.iter().flat_map(move |weights| {
             (0..nodes).map(move |node| {
                 let channels = weights.iter().enumerate();
                 channels
