@@ -4,6 +4,7 @@
 //! too. Tables hold a BRDF that is reciprocal and conserves energy, see [`Physical`].
 
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
@@ -67,40 +68,6 @@ pub enum OutputFormat {
 }
 
 impl OutputFormat {
-    /// All formats.
-    pub const ALL: [Self; 10] = [
-        Self::Brdf(Format::Merl),
-        Self::Brdf(Format::Nbrdf),
-        Self::Brdf(Format::Rgl),
-        Self::Brdf(Format::RglSpectra),
-        Self::Brdf(Format::Pab),
-        Self::Brdf(Format::OpenMaterial),
-        Self::Brdf(Format::Ssdd),
-        Self::Shading(ShadingModel::Principled),
-        Self::Shading(ShadingModel::Gltf),
-        Self::Shading(ShadingModel::OpenPbr),
-    ];
-
-    /// Returns the name, and the names and contents of the files.
-    fn description(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Brdf(format) => {
-                let properties = format.properties();
-                (properties.name, properties.description)
-            }
-            Self::Shading(ShadingModel::Principled) => (
-                "principled",
-                "NAME_principled.json: parameters of Mitsuba 3's BSDF `principled`, for load_dict",
-            ),
-            Self::Shading(ShadingModel::Gltf) => {
-                ("gltf", "NAME.gltf: a sphere with a material of glTF 2.0")
-            }
-            Self::Shading(ShadingModel::OpenPbr) => {
-                ("openpbr", "NAME.mtlx: parameters of OpenPBR, in MaterialX")
-            }
-        }
-    }
-
     /// Returns true if a file of this format is a table, which can hold any BRDF.
     #[must_use]
     pub fn is_table(self) -> bool {
@@ -126,10 +93,10 @@ impl OutputFormat {
     #[must_use]
     pub fn from_ending(path: &Path) -> Option<Self> {
         let name = path.file_name()?.to_str()?;
-        let mut models = ShadingModel::ALL.into_iter();
+        let mut models = ShadingModel::value_variants().iter();
         let model = models.find(|model| name.ends_with(model.suffix()));
         let format = Format::from_ending(path).map(Self::Brdf);
-        format.or(model.map(Self::Shading))
+        format.or(model.copied().map(Self::Shading))
     }
 
     /// Returns the ends of the names of written files, one for each file.
@@ -143,12 +110,20 @@ impl OutputFormat {
 
 impl ValueEnum for OutputFormat {
     fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
+        static ALL: LazyLock<Vec<OutputFormat>> = LazyLock::new(|| {
+            let brdfs = Format::value_variants().iter().copied();
+            let models = ShadingModel::value_variants().iter().copied();
+            let brdfs = brdfs.map(OutputFormat::Brdf);
+            brdfs.chain(models.map(OutputFormat::Shading)).collect()
+        });
+        &ALL
     }
 
     fn to_possible_value(&self) -> Option<PossibleValue> {
-        let (name, files) = self.description();
-        Some(PossibleValue::new(name).help(files))
+        match self {
+            Self::Brdf(format) => format.to_possible_value(),
+            Self::Shading(model) => model.to_possible_value(),
+        }
     }
 }
 
@@ -280,11 +255,7 @@ pub fn encode(
             let groups: Vec<&dyn Brdf> = tables.iter().map(|brdf| brdf as &dyn Brdf).collect();
             let table = Tabulation {
                 name,
-                rgb: if spectrum.is_some() {
-                    &in_rgb
-                } else {
-                    groups[0]
-                },
+                rgb: spectrum.map_or(groups[0], |_| &in_rgb),
                 wavelengths: spectrum.map_or(&[], |spectrum| spectrum.wavelengths()),
                 groups: &groups,
             };

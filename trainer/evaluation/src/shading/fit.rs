@@ -8,8 +8,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::cosines::Cosines;
-use super::model::{Shading, ShadingModel};
-use super::parameter::{Parameter, Role};
+use super::model::{Parameter, Role, Shading, ShadingModel};
 use crate::least_squares::Errors;
 
 /// An error of a fit of a shading model.
@@ -277,6 +276,7 @@ fn starts(model: ShadingModel, diffuse: [f64; 3], albedo: [f64; 3]) -> Vec<Vec<f
 
 #[cfg(test)]
 mod tests {
+    use clap::ValueEnum;
     use glimpse_materials::loss::mean_log_error;
 
     use super::*;
@@ -284,7 +284,7 @@ mod tests {
     /// Every model finds its own parameters, or others with the same BRDF.
     #[test]
     fn fit_reproduces_own_brdf() {
-        for model in ShadingModel::ALL {
+        for &model in ShadingModel::value_variants() {
             for (share, color) in [(0.3, 0.6), (0.6, 0.25)] {
                 let parameters = model.parameters().iter();
                 let values = parameters.map(|parameter| match parameter.role {

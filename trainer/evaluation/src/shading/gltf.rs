@@ -6,22 +6,6 @@ use std::f64::consts::PI;
 use super::cosines::Cosines;
 use super::fresnel::schlick;
 use super::microfacets::specular;
-use super::parameter::Role::{BaseColor, Coat, Metallic, Other, Roughness};
-use super::parameter::{MIN_ROUGHNESS, Parameter};
-
-pub(super) const PARAMETERS: [Parameter; 11] = [
-    Parameter::share("baseColorFactor", BaseColor),
-    Parameter::share("baseColorFactor", BaseColor),
-    Parameter::share("baseColorFactor", BaseColor),
-    Parameter::share("metallicFactor", Metallic),
-    Parameter::new("roughnessFactor", [MIN_ROUGHNESS, 1.0], Roughness),
-    Parameter::share("specularFactor", Other(0.9)),
-    Parameter::new("specularColorFactor", [0.0, 6.0], Other(0.9)),
-    Parameter::new("specularColorFactor", [0.0, 6.0], Other(0.9)),
-    Parameter::new("specularColorFactor", [0.0, 6.0], Other(0.9)),
-    Parameter::share("clearcoatFactor", Coat),
-    Parameter::new("clearcoatRoughnessFactor", [MIN_ROUGHNESS, 1.0], Other(0.3)),
-];
 
 /// The reflectance at normal incidence of the index of refraction 1.5, which the material has by default.
 const NORMAL_REFLECTANCE: f64 = 0.04;

@@ -1,27 +1,62 @@
-//! Shading models and their BRDFs.
+//! Shading models, their parameters, and their BRDFs.
 
+use std::sync::LazyLock;
+
+use clap::ValueEnum;
 use glimpse_core::geometry::HalfDifference;
-use glimpse_materials::Brdf;
+use glimpse_materials::{Brdf, rows};
+use serde::Deserialize;
 
 use super::cosines::Cosines;
-use super::parameter::Parameter;
 use super::{gltf, open_pbr, principled};
 
-/// A shading model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A parameter of a model.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Parameter {
+    model: ShadingModel,
+    /// The name in the model's files. The three channels of a color follow one another and have the same name.
+    pub name: String,
+    /// The smallest and the largest value.
+    pub bounds: [f64; 2],
+    /// The purpose, by which a fit starts.
+    pub(super) role: Role,
+}
+
+/// The purpose of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Role {
+    /// A channel of the color.
+    BaseColor,
+    /// The share of metal.
+    Metallic,
+    /// The roughness of the surface below a coat.
+    Roughness,
+    /// The weight of a coat.
+    Coat,
+    /// Any other, with the value at which a fit starts.
+    #[serde(untagged)]
+    Other(f64),
+}
+
+/// The parameters of all models.
+static PARAMETERS: LazyLock<Vec<Parameter>> =
+    LazyLock::new(|| rows(include_str!("parameters.csv")));
+
+/// A shading model. Its documentation is that of the option of its format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ValueEnum)]
+#[serde(rename_all = "lowercase")]
+#[value(rename_all = "lower")]
 pub enum ShadingModel {
-    /// Mitsuba 3's BSDF `principled`, which is Disney's.
+    /// NAME_principled.json: parameters of Mitsuba 3's BSDF `principled`, for load_dict
     Principled,
-    /// The material of glTF 2.0 with the extensions `KHR_materials_specular` and `KHR_materials_clearcoat`.
+    /// NAME.gltf: a sphere with a material of glTF 2.0
     Gltf,
-    /// OpenPBR 1.1, MaterialX's node `open_pbr_surface`.
+    /// NAME.mtlx: parameters of OpenPBR, in MaterialX
     OpenPbr,
 }
 
 impl ShadingModel {
-    /// All models.
-    pub const ALL: [Self; 3] = [Self::Principled, Self::Gltf, Self::OpenPbr];
-
     /// Returns the ending of a file's name.
     pub(crate) fn suffix(self) -> &'static str {
         match self {
@@ -34,11 +69,10 @@ impl ShadingModel {
     /// Returns the parameters in order.
     #[must_use]
     pub fn parameters(self) -> &'static [Parameter] {
-        match self {
-            Self::Principled => &principled::PARAMETERS,
-            Self::Gltf => &gltf::PARAMETERS,
-            Self::OpenPbr => &open_pbr::PARAMETERS,
-        }
+        let mut models = PARAMETERS.chunk_by(|one, next| one.model == next.model);
+        models
+            .find(|parameters| parameters[0].model == self)
+            .unwrap_or_default()
     }
 
     /// Returns the BRDF in linear RGB, sr^-1, not times the cosine.

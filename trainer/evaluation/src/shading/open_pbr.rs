@@ -8,23 +8,6 @@ use super::albedo::{Albedo, albedo};
 use super::cosines::Cosines;
 use super::fresnel::{dielectric, metal, normal_reflectance};
 use super::microfacets::specular;
-use super::parameter::Role::{BaseColor, Coat, Metallic, Other, Roughness};
-use super::parameter::{MIN_ROUGHNESS, Parameter};
-
-pub(super) const PARAMETERS: [Parameter; 12] = [
-    Parameter::share("base_color", BaseColor),
-    Parameter::share("base_color", BaseColor),
-    Parameter::share("base_color", BaseColor),
-    Parameter::share("base_metalness", Metallic),
-    Parameter::share("specular_weight", Other(0.9)),
-    Parameter::share("specular_color", Other(0.9)),
-    Parameter::share("specular_color", Other(0.9)),
-    Parameter::share("specular_color", Other(0.9)),
-    Parameter::new("specular_roughness", [MIN_ROUGHNESS, 1.0], Roughness),
-    Parameter::new("specular_ior", [1.05, 3.0], Other(1.5)),
-    Parameter::share("coat_weight", Coat),
-    Parameter::new("coat_roughness", [MIN_ROUGHNESS, 1.0], Other(0.3)),
-];
 
 /// The index of refraction of the coat, the default.
 const COAT_INDEX: f64 = 1.6;

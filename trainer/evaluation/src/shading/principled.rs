@@ -5,22 +5,6 @@ use std::f64::consts::PI;
 use super::cosines::Cosines;
 use super::fresnel::{dielectric, normal_reflectance, schlick, schlick_weight};
 use super::microfacets::{separable_lobe, separable_shadowing};
-use super::parameter::Role::{BaseColor, Coat, Metallic, Other, Roughness};
-use super::parameter::{MIN_ROUGHNESS, Parameter};
-
-pub(super) const PARAMETERS: [Parameter; 11] = [
-    Parameter::share("base_color", BaseColor),
-    Parameter::share("base_color", BaseColor),
-    Parameter::share("base_color", BaseColor),
-    Parameter::new("roughness", [MIN_ROUGHNESS, 1.0], Roughness),
-    Parameter::share("metallic", Metallic),
-    Parameter::new("specular", [0.01, 1.0], Other(0.5)),
-    Parameter::share("spec_tint", Other(0.1)),
-    Parameter::share("sheen", Other(0.05)),
-    Parameter::share("sheen_tint", Other(0.5)),
-    Parameter::share("clearcoat", Coat),
-    Parameter::share("clearcoat_gloss", Other(0.5)),
-];
 
 /// The weights of linear RGB in the luminance.
 const LUMINANCE: [f64; 3] = [0.212_671, 0.715_160, 0.072_169];

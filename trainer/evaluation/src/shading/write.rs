@@ -27,7 +27,7 @@ impl Shading {
         for (parameter, value) in self.model.parameters().iter().zip(&self.values) {
             match all.last_mut() {
                 Some((name, list)) if *name == parameter.name => list.push(*value),
-                _ => all.push((parameter.name, vec![*value])),
+                _ => all.push((&parameter.name, vec![*value])),
             }
         }
         all

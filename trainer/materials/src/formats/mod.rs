@@ -11,6 +11,8 @@ pub(super) mod ssdd;
 use std::ffi::OsStr;
 use std::path::Path;
 
+use clap::ValueEnum;
+
 use self::merl::MerlTable;
 use self::nbrdf::NeuralBrdf;
 use self::open_material::{read_open_material, to_open_material};
@@ -24,22 +26,25 @@ use crate::{Material, NotFinite, Tabulation};
 /// The number of bytes at the start of a file that detection reads.
 const HEAD_BYTES: u64 = 2048;
 
-/// A file format that materials are read from and written to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A file format that materials are read from and written to. Its documentation is that of an option: names, contents and size
+/// of its files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "lower")]
 pub enum Format {
-    /// MERL: a table of 90 x 90 x 180 values per channel.
+    /// NAME.binary: MERL's table of 90 x 90 x 180 values, 33 MiB
     Merl,
-    /// RGL: a tensor file of spectra.
-    RglSpectra,
-    /// RGL: a tensor file, in RGB.
-    Rgl,
-    /// NBRDF: a network in six NumPy arrays.
+    /// NAME_fc1.npy and its five siblings: a network of 675 weights
     Nbrdf,
-    /// PAB-Opto text, one file per incoming direction.
+    /// NAME_rgb.bsdf: a tensor file for Mitsuba 3's plugin `measured`, 12 MB
+    Rgl,
+    /// NAME_spec.bsdf: the same as spectra, for `measured` in spectral variants and for pbrt-v4, 41 MB
+    #[value(name = "rgl-spectral")]
+    RglSpectra,
+    /// NAME_in00.txt, NAME_in10.txt, ...: PAB-Opto's text files, for Radiance's pabopto2bsdf
     Pab,
-    /// A BRDF look-up table of ASAM OpenMATERIAL 3D.
+    /// NAME_brdf.xompt: spectra in a look-up table of ASAM OpenMATERIAL 3D, 40 MB
     OpenMaterial,
-    /// SSDD, the text format of libbsdf.
+    /// NAME.ssdd: a table in text, of RGB or of bands, for libbsdf and BSDF Processor
     Ssdd,
 }
 
@@ -49,10 +54,6 @@ pub type Tabulate = fn(&Tabulation<'_>) -> Result<Vec<Vec<u8>>, NotFinite>;
 
 /// The properties of a format.
 pub struct Properties {
-    /// The name in options and reports: merl, rgl, rgl-spectral, nbrdf, pab, openmaterial or ssdd.
-    pub name: &'static str,
-    /// Names, contents and size of the files, for help texts.
-    pub description: &'static str,
     /// The ends of the names of files, after that of the material.
     endings: &'static [&'static str],
     /// The ends of the names of written files, one for each file.
@@ -68,24 +69,11 @@ pub struct Properties {
 }
 
 impl Format {
-    /// All formats.
-    pub const ALL: [Self; 7] = [
-        Self::Merl,
-        Self::RglSpectra,
-        Self::Rgl,
-        Self::Nbrdf,
-        Self::Pab,
-        Self::OpenMaterial,
-        Self::Ssdd,
-    ];
-
     /// Returns the properties.
     #[must_use]
     pub fn properties(self) -> Properties {
         match self {
             Self::Merl => Properties {
-                name: "merl",
-                description: "NAME.binary: MERL's table of 90 x 90 x 180 values, 33 MiB",
                 endings: &[".binary"],
                 written: &[".binary"],
                 has_signature: merl::has_signature,
@@ -94,8 +82,6 @@ impl Format {
                 has_spectra: false,
             },
             Self::RglSpectra => Properties {
-                name: "rgl-spectral",
-                description: "NAME_spec.bsdf: the same as spectra, for `measured` in spectral variants and for pbrt-v4, 41 MB",
                 endings: &[],
                 written: &["_spec.bsdf"],
                 has_signature: rgl::has_spectra,
@@ -104,18 +90,14 @@ impl Format {
                 has_spectra: true,
             },
             Self::Rgl => Properties {
-                name: "rgl",
-                description: "NAME_rgb.bsdf: a tensor file for Mitsuba 3's plugin `measured`, 12 MB",
                 endings: &[".bsdf"],
                 written: &["_rgb.bsdf"],
-                has_signature: rgl::has_signature,
+                has_signature: rgl::has_rgb,
                 read: |path, name| Ok(Box::new(RglMeasurement::read(path, name)?)),
                 tabulate: Some(|table| Ok(vec![to_rgl(table, false)?])),
                 has_spectra: false,
             },
             Self::Nbrdf => Properties {
-                name: "nbrdf",
-                description: "NAME_fc1.npy and its five siblings: a network of 675 weights",
                 endings: &nbrdf::ENDINGS,
                 written: &nbrdf::ENDINGS,
                 has_signature: |_| false,
@@ -124,8 +106,6 @@ impl Format {
                 has_spectra: false,
             },
             Self::Pab => Properties {
-                name: "pab",
-                description: "NAME_in00.txt, NAME_in10.txt, ...: PAB-Opto's text files, for Radiance's pabopto2bsdf",
                 endings: &[],
                 written: &pab::ENDINGS,
                 has_signature: pab::has_signature,
@@ -134,8 +114,6 @@ impl Format {
                 has_spectra: false,
             },
             Self::OpenMaterial => Properties {
-                name: "openmaterial",
-                description: "NAME_brdf.xompt: spectra in a look-up table of ASAM OpenMATERIAL 3D, 40 MB",
                 endings: &["_brdf.xompt"],
                 written: &["_brdf.xompt"],
                 has_signature: open_material::has_signature,
@@ -144,8 +122,6 @@ impl Format {
                 has_spectra: true,
             },
             Self::Ssdd => Properties {
-                name: "ssdd",
-                description: "NAME.ssdd: a table in text, of RGB or of bands, for libbsdf and BSDF Processor",
                 endings: &[".ssdd"],
                 written: &[".ssdd"],
                 has_signature: ssdd::has_signature,
@@ -163,16 +139,16 @@ impl Format {
         let ends_in = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
         let written = |format: &Self| ends_in(format.properties().written);
         let read = |format: &Self| ends_in(format.properties().endings);
-        let mut all = Self::ALL.into_iter();
+        let mut all = Self::value_variants().iter().copied();
         all.clone().find(written).or_else(|| all.find(read))
     }
 
     /// Returns the format and the name of a material that a file's name states. None for other files.
     pub(super) fn named(path: &Path) -> Option<(Self, &str)> {
         let file = path.file_name()?.to_str()?;
-        let mut endings = Self::ALL.into_iter().flat_map(|format| {
+        let mut endings = Self::value_variants().iter().flat_map(|format| {
             let endings = format.properties().endings.iter();
-            endings.map(move |ending| (format, file.strip_suffix(ending)))
+            endings.map(|ending| (*format, file.strip_suffix(ending)))
         });
         endings.find_map(|(format, name)| Some((format, name.filter(|name| is_valid_name(name))?)))
     }
@@ -181,7 +157,7 @@ impl Format {
     pub(super) fn is_similar(path: &Path) -> bool {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let extension_of = |name: &str| name.rsplit('.').next().map(str::to_lowercase);
-        let all = Self::ALL.into_iter();
+        let all = Self::value_variants().iter();
         let mut endings = all.flat_map(|format| format.properties().endings);
         endings.any(|ending| extension_of(&name) == extension_of(ending))
     }
@@ -203,7 +179,8 @@ impl Format {
             path: path.into(),
             start: escaped_start(&head),
         };
-        Self::ALL.into_iter().find(is_format).ok_or_else(unknown)
+        let mut all = Self::value_variants().iter().copied();
+        all.find(is_format).ok_or_else(unknown)
     }
 
     /// Reads the material of a file.

@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use clap::ValueEnum;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::sampling::uniform_valid;
@@ -64,8 +65,8 @@ fn rejects_non_finite_brdf() {
         [0.1, 0.1, if angles.theta_h > 0.5 { f32::NAN } else { 0.1 }]
     });
     let table = Tabulation::rgb("", &nan_material);
-    for tabulate in Format::ALL
-        .into_iter()
+    for tabulate in Format::value_variants()
+        .iter()
         .filter_map(|format| format.properties().tabulate)
     {
         let error = tabulate(&table).expect_err("the BRDF is NaN");

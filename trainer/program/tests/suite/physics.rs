@@ -1,5 +1,6 @@
 //! Reciprocity and energy of each model's fits, and of the tables that are exported from them.
 
+use clap::ValueEnum;
 use glimpse_evaluation::conversion::{OutputFormat, encode};
 use glimpse_evaluation::evaluation::Method;
 use glimpse_fitting::bundled;
@@ -64,7 +65,7 @@ fn tables_of_fits_are_reciprocal_and_conserve_energy() {
             "{recipe}"
         );
         for (fit, before) in [reciprocity, albedo] {
-            for format in OutputFormat::ALL {
+            for &format in OutputFormat::value_variants() {
                 if !format.is_table() {
                     continue;
                 }

@@ -77,16 +77,16 @@ impl RglMeasurement {
     }
 }
 
-/// Returns true if the first bytes of a file are those of a tensor file.
-pub(super) fn has_signature(head: &[u8]) -> bool {
-    head.starts_with(tensor_file::MAGIC)
+/// Returns true if the first bytes of a file are those of a tensor file in RGB.
+pub(super) fn has_rgb(head: &[u8]) -> bool {
+    head.starts_with(tensor_file::MAGIC) && !has_spectra(head)
 }
 
 /// Returns true if the first bytes of a file, with the names of its fields, are those of a spectral file.
 pub(super) fn has_spectra(head: &[u8]) -> bool {
     let has = |name: &[u8]| head.windows(name.len()).any(|bytes| bytes == name);
     // Names follow their lengths.
-    has_signature(head) && has(b"\x07\0spectra") && !has(b"\x03\0rgb")
+    head.starts_with(tensor_file::MAGIC) && has(b"\x07\0spectra") && !has(b"\x03\0rgb")
 }
 
 impl Brdf for RglMeasurement {
