@@ -99,12 +99,8 @@ impl<'m> Physical<'m> {
     /// Returns true if the BRDF differs from the unchanged one.
     #[must_use]
     pub fn is_changed(&self) -> bool {
-        self.is_mean
-            || self
-                .factors
-                .as_flattened()
-                .iter()
-                .any(|factor| *factor < 1.0)
+        let mut factors = self.factors.iter().flatten();
+        self.is_mean || factors.any(|factor| *factor < 1.0)
     }
 
     /// Returns the BRDF from those of both orders.

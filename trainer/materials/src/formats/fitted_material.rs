@@ -164,40 +164,34 @@ impl FittedMaterial {
     /// If a file is missing or damaged, or the basis has a different checksum.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let fields = read_fields(path)?;
-        let basis = fields
-            .basis
-            .as_ref()
-            .filter(|_| fields.model == ModelKind::Linear.name());
-        let basis = basis
-            .map(|reference| read_basis(path, reference))
-            .transpose()?;
-        let basis = basis.map(|basis| match &fields.kernels {
-            Some(kernels) => basis.with_kernels(kernels.clone()),
-            None => basis,
-        });
+        let is_linear = fields.model == ModelKind::Linear.name();
+        let basis = match &fields.basis {
+            Some(reference) if is_linear => {
+                let basis = read_basis(path, reference)?;
+                Some(match &fields.kernels {
+                    Some(kernels) => basis.with_kernels(kernels.clone()),
+                    None => basis,
+                })
+            }
+            _ => None,
+        };
         Self::from_fields(fields, basis.as_ref()).map_err(Defect::in_file(path))
     }
 
     /// Makes a material from the fields of a file.
     fn from_fields(fields: MaterialFields, basis: Option<&BasisTable>) -> Result<Self, Defect> {
-        let MaterialFields {
-            name,
-            model,
-            kernels,
-            values,
-            bands,
-            ..
-        } = fields;
-        let Some(model) = MODELS.into_iter().find(|kind| kind.name() == model) else {
+        let mut models = MODELS.into_iter();
+        let Some(model) = models.find(|kind| kind.name() == fields.model) else {
             return Err(Defect::unsupported(format!(
                 "its `model` is `{}`, and only phong, cook-torrance, neural and linear are supported",
-                escaped(&model)
+                escaped(&fields.model)
             )));
         };
+        let values = fields.values;
         if let Some(index) = values.iter().position(|value| !value.is_finite()) {
             return Err(format!("`values[{index}]` is not finite as a 32-bit float").into());
         }
-        if kernels.is_some_and(|kernels| !kernels.is_valid() || basis.is_none()) {
+        if (fields.kernels).is_some_and(|kernels| !kernels.is_valid() || basis.is_none()) {
             return Err("its `kernels` need a `basis`, lengths above 0, finite directions".into());
         }
         let coefficients = basis.map(|basis| 3 * basis.coefficients());
@@ -206,10 +200,10 @@ impl FittedMaterial {
         };
         let count = values.len();
         let fitted = FittedBrdf::new(model, values, basis);
-        let material = fitted.and_then(|fitted| Self::new(name, fitted));
+        let material = fitted.and_then(|fitted| Self::new(fields.name, fitted));
         let material = material
             .ok_or_else(|| format!("its `values` must be {expected} numbers, not {count}"))?;
-        let Some(bands) = bands else {
+        let Some(bands) = fields.bands else {
             return Ok(material);
         };
         let bands = Bands::new(bands, model, basis).ok_or(
