@@ -56,24 +56,20 @@ impl<T> Groups<T> {
     }
 
     /// Applies a function to each group.
-    pub fn map<U>(self, mut function: impl FnMut(T) -> U) -> Groups<U> {
+    pub fn map<U>(&self, function: impl FnMut(&T) -> U) -> Groups<U> {
+        let [
+            initial,
+            hyperparameters,
+            pattern,
+            coefficient_net,
+            start_net,
+        ] = self.each().map(function);
         Groups {
-            initial: function(self.initial),
-            hyperparameters: function(self.hyperparameters),
-            pattern: function(self.pattern),
-            coefficient_net: function(self.coefficient_net),
-            start_net: function(self.start_net),
-        }
-    }
-
-    /// Returns references to the groups.
-    pub fn as_ref(&self) -> Groups<&T> {
-        Groups {
-            initial: &self.initial,
-            hyperparameters: &self.hyperparameters,
-            pattern: &self.pattern,
-            coefficient_net: &self.coefficient_net,
-            start_net: &self.start_net,
+            initial,
+            hyperparameters,
+            pattern,
+            coefficient_net,
+            start_net,
         }
     }
 }
@@ -110,7 +106,7 @@ impl Optimizer {
     /// Creates an optimizer with the given values.
     #[must_use]
     pub fn new(values: MetaValues) -> Self {
-        let zeros = values.as_ref().map(|list| vec![0.0; list.len()]);
+        let zeros = values.map(|list| vec![0.0; list.len()]);
         Self {
             values,
             first_moments: zeros.clone(),

@@ -34,10 +34,10 @@ fn step_changes_groups_with_a_rate() {
 
 #[test]
 fn rearranged_optimizer_steps_like_rearranged_original() {
-    let reversed = |groups: Groups<Vec<f32>>| groups.map(|list| list.into_iter().rev().collect());
-    let ramp = |scale: f32| {
-        groups(1.0).map(|list: Vec<f32>| (0..list.len()).map(|i| scale * i as f32).collect())
-    };
+    let reversed =
+        |groups: Groups<Vec<f32>>| groups.map(|list| list.iter().rev().copied().collect());
+    let ramp =
+        |scale: f32| groups(1.0).map(|list| (0..list.len()).map(|i| scale * i as f32).collect());
     let mut original = Optimizer::new(ramp(0.1));
     original.step(ramp(0.7), &RATES);
     let mut rearranged = Optimizer::new(ramp(0.1));

@@ -228,7 +228,7 @@ mod tests {
             ..Groups::default()
         };
         let mut checkpoint = TrainingState::new(RUN, values.clone());
-        let rates = values.clone().map(|_: Vec<f32>| 1e-3);
+        let rates = values.map(|_| 1e-3);
         checkpoint.optimizer.step(values, &rates);
         checkpoint
     }

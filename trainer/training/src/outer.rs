@@ -89,7 +89,7 @@ impl Phase<'_> {
         let annealed = self.final_rate_ratio + (1.0 - self.final_rate_ratio) * cosine;
         let warm_up = ((step + 1) as f64 / self.warm_up_steps.max(1) as f64).min(1.0);
         let share = annealed * warm_up;
-        self.rates.clone().map(|rate| rate * share)
+        self.rates.map(|rate| rate * share)
     }
 
     /// Returns the budget for the time of a scan at a step, as a multiple of the given one.
@@ -211,14 +211,11 @@ impl<'s, 'o> Session<'s, 'o> {
         let file = self
             .checkpoints
             .map(|checkpoints| TrainingState::path(&checkpoints.directory, self.completed));
+        let may_resume = self
+            .checkpoints
+            .is_some_and(|checkpoints| checkpoints.resume);
         let resumed = match &file {
-            Some(file)
-                if self
-                    .checkpoints
-                    .is_some_and(|checkpoints| checkpoints.resume) =>
-            {
-                TrainingState::read(file, &self.identity)?
-            }
+            Some(file) if may_resume => TrainingState::read(file, &self.identity)?,
             _ => None,
         };
         let mut state = resumed.unwrap_or_else(|| TrainingState::new(self.identity, initial));

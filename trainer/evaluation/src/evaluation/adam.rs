@@ -29,37 +29,34 @@ const POOL: usize = 65_536;
 /// model's parameters.
 struct Adam {
     kernels: &'static ModelKernels,
-    parameters: Vec<f32>,
     optimizer: Optimizer,
+}
+
+/// Returns groups with the entry `initial` only.
+fn initial<T: Default>(initial: T) -> Groups<T> {
+    Groups {
+        initial,
+        ..Groups::default()
+    }
 }
 
 impl Adam {
     fn new(kernels: &'static ModelKernels, start: Vec<f32>) -> Self {
-        Self {
-            kernels,
-            parameters: start.clone(),
-            optimizer: Optimizer::new(Groups {
-                initial: start,
-                ..Groups::default()
-            }),
-        }
+        let optimizer = Optimizer::new(initial(start));
+        Self { kernels, optimizer }
+    }
+
+    fn parameters(&self) -> &[f32] {
+        &self.optimizer.values.initial
     }
 
     fn step(&mut self, gradient: Vec<f32>, rate: f32) {
-        let gradients = Groups {
-            initial: gradient,
-            ..Groups::default()
-        };
-        let rates = Groups {
-            initial: f64::from(rate),
-            ..Groups::default()
-        };
-        self.optimizer.step(gradients, &rates);
-        self.parameters = self.optimizer.values.initial.clone();
+        let rates = initial(f64::from(rate));
+        self.optimizer.step(initial(gradient), &rates);
     }
 
     fn is_finite(&self) -> bool {
-        self.parameters.iter().all(|value| value.is_finite())
+        self.parameters().iter().all(|value| value.is_finite())
     }
 
     /// Takes a step on samples that are drawn from a pool of one material.
@@ -70,8 +67,8 @@ impl Adam {
         rate: f32,
     ) {
         let draw = pool.draw(FRESH_SAMPLES, random);
-        let mut gradient = vec![0.0; self.parameters.len()];
-        (self.kernels.gradient)(&self.parameters, &draw.octets(), &mut gradient);
+        let mut gradient = vec![0.0; self.parameters().len()];
+        (self.kernels.gradient)(self.parameters(), &draw.octets(), &mut gradient);
         self.step(gradient, rate);
     }
 }
@@ -88,11 +85,11 @@ pub(super) fn random(
     let start = random_initialization(kernels.model, &mut random);
     let mut adam = Adam::new(kernels, start);
     for _ in 0..steps {
-        let mut gradient = vec![0.0; adam.parameters.len()];
-        (kernels.gradient_by_sample)(&adam.parameters, samples, &mut gradient);
+        let mut gradient = vec![0.0; adam.parameters().len()];
+        (kernels.gradient_by_sample)(adam.parameters(), samples, &mut gradient);
         adam.step(gradient, RANDOM_RATE);
     }
-    adam.parameters
+    adam.optimizer.values.initial
 }
 
 /// Refines a fit by `steps` steps, each on 512 fresh samples (paper, "Convergence").
@@ -110,7 +107,7 @@ pub(super) fn refine(
     for _ in 0..steps {
         adam.step_on_fresh_samples(&pool, &mut random, RANDOM_RATE);
     }
-    adam.parameters
+    adam.optimizer.values.initial
 }
 
 /// Runs the method Optimum: an estimate of the model's best fit. It takes very many steps, each on fresh samples, with
@@ -132,7 +129,7 @@ pub(super) fn optimum(
             let rate = 0.5 * OPTIMUM_RATE * (1.0 + (std::f32::consts::PI * done).cos());
             adam.step_on_fresh_samples(&pool, &mut random, rate);
         }
-        (kernels.loss)(&adam.parameters, &pool.all().octets())
+        (kernels.loss)(adam.parameters(), &pool.all().octets())
     };
     let starts = (0..OPTIMUM_STARTS).map(|_| {
         let mut adam = Adam::new(kernels, initial_guess(kernels.model, &mut starts));
@@ -140,7 +137,7 @@ pub(super) fn optimum(
     });
     let mut adam = least_loss(starts)?;
     descend(&mut adam, steps);
-    adam.is_finite().then_some(adam.parameters)
+    adam.is_finite().then_some(adam.optimizer.values.initial)
 }
 
 /// Returns the start with the least loss; None if all diverged. The loss of parameters that are not finite may be finite.
@@ -165,7 +162,7 @@ mod tests {
         let diverged = [(f32::NAN, 1.0), (0.1, f32::NAN), (f32::INFINITY, 2.0)];
         assert!(least_loss(diverged.into_iter().map(start)).is_none());
         let starts = diverged.into_iter().chain([(3.0, 3.0), (2.0, 4.0)]);
-        let best = least_loss(starts.map(start)).map(|adam| adam.parameters);
+        let best = least_loss(starts.map(start)).map(|adam| adam.optimizer.values.initial);
         assert_eq!(best, Some(vec![4.0; 7]));
     }
 }

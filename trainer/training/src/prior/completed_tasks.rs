@@ -293,7 +293,7 @@ pub(super) fn chunk_gradient(
     let mut sum = ChunkGradient {
         tasks: CompletedTasks::new(prepared, tasks, &readings),
         loss: 0.0,
-        values: prepared.values.as_ref().map(|list| vec![0.0; list.len()]),
+        values: prepared.values.map(|list| vec![0.0; list.len()]),
         hyperparameters: prepared.hyperparameters.zeros(),
         angles: vec![[0.0; 3]; prepared.weights.shape.samples],
     };
