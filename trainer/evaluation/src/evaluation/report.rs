@@ -103,21 +103,18 @@ pub(super) struct FitMetrics {
 impl MaterialMetrics {
     /// Averages fits with several seeds.
     pub(super) fn new(name: &str, fits: &[FitMetrics]) -> Self {
-        let mean = |value: fn(&LossPrediction) -> Option<f32>| -> Option<f64> {
-            let values = fits
-                .iter()
-                .map(|fit| value(fit.prediction.as_ref()?).map(f64::from));
-            Some(values.sum::<Option<f64>>()? / fits.len() as f64)
+        let predicted = |value: fn(&LossPrediction) -> Option<f32>| {
+            let value = |fit: &FitMetrics| value(fit.prediction.as_ref()?).map(f64::from);
+            mean(fits.iter().map(value))
         };
-        let coverage: Option<f64> = fits.iter().map(|fit| fit.coverage).sum();
         Self {
             name: name.to_owned(),
             metrics: Metrics::mean_of_repetitions(fits.iter().map(|fit| fit.metrics))
                 .unwrap_or_default(),
-            predicted_loss: mean(|prediction| Some(prediction.loss)),
-            loss_bound: mean(|prediction| prediction.bound),
-            coverage: coverage.map(|sum| sum / fits.len() as f64),
-            unlike_training: mean(|prediction| prediction.unlike_training.map(f32::from))
+            predicted_loss: predicted(|prediction| Some(prediction.loss)),
+            loss_bound: predicted(|prediction| prediction.bound),
+            coverage: mean(fits.iter().map(|fit| fit.coverage)),
+            unlike_training: predicted(|prediction| prediction.unlike_training.map(f32::from))
                 .map(|share| share >= 0.5),
             overlap: None,
         }
@@ -137,8 +134,6 @@ impl EvaluationReport {
             .map(|seed| of_seed(seed).sum::<f64>() / fits.len() as f64)
             .collect();
         let losses: Vec<f64> = materials.iter().map(|each| each.metrics.loss).collect();
-        let seconds = fits.iter().flatten().map(|fit| fit.seconds);
-        let seconds: Option<Vec<f64>> = seconds.collect();
         Self {
             method: method.name.into(),
             model: method.model.name().into(),
@@ -146,7 +141,7 @@ impl EvaluationReport {
             metrics: Metrics::mean(materials.iter().map(|material| material.metrics))
                 .unwrap_or_default(),
             loss_standard_error: Estimate::from_values(&losses).standard_error,
-            seconds: seconds.map(|all| Estimate::from_values(&all).mean),
+            seconds: mean(fits.iter().flatten().map(|fit| fit.seconds)),
             seeds: seeds as u64,
             loss_spread: standard_deviation(&mean_losses_by_seed),
             prediction: PredictionQuality::new(&materials, &losses),
@@ -202,19 +197,20 @@ impl PredictionQuality {
     fn new(materials: &[MaterialMetrics], losses: &[f64]) -> Option<Self> {
         let predicted = materials.iter().map(|material| material.predicted_loss);
         let predicted: Vec<f64> = predicted.collect::<Option<_>>()?;
-        let holds = materials
-            .iter()
-            .map(|each| Some(f64::from(each.metrics.loss <= each.loss_bound?)));
-        let holds: Option<Vec<f64>> = holds.collect();
-        let coverage = materials.iter().map(|material| material.coverage);
-        let coverage: Option<Vec<f64>> = coverage.collect();
+        let holds = |each: &MaterialMetrics| Some((each.metrics.loss <= each.loss_bound?).into());
         Some(Self {
-            coverage: coverage.map(|list| Estimate::from_values(&list).mean),
+            coverage: mean(materials.iter().map(|material| material.coverage)),
             loss: Estimate::from_values(&predicted).mean,
             rank_correlation: rank_correlation(&predicted, losses),
-            bound_coverage: holds.map(|list| Estimate::from_values(&list).mean),
+            bound_coverage: mean(materials.iter().map(holds)),
         })
     }
+}
+
+/// Returns the mean of all values; None if one is unknown.
+fn mean(values: impl Iterator<Item = Option<f64>>) -> Option<f64> {
+    let values: Vec<f64> = values.collect::<Option<_>>()?;
+    Some(Estimate::from_values(&values).mean)
 }
 
 /// Returns the sample standard deviation; 0 for a single value.
