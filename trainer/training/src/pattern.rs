@@ -191,14 +191,12 @@ impl SamplePattern {
     #[must_use]
     pub fn gradient_by_angles(&self, samples: &[SampleGradient<Octet>], index: usize) -> [f32; 3] {
         let lane = index % WIDTH;
-        let by_direction = &samples[index / WIDTH].at;
+        let by_direction = samples[index / WIDTH].at.to_array();
         let direction = HalfDifference::from_angles(Dual::<f32, 3>::variables(self.angles[index]));
+        let direction = direction.to_array();
         std::array::from_fn(|i| {
-            by_direction.hx.0[lane] * direction.hx.tangent[i]
-                + by_direction.hz.0[lane] * direction.hz.tangent[i]
-                + by_direction.dx.0[lane] * direction.dx.tangent[i]
-                + by_direction.dy.0[lane] * direction.dy.tangent[i]
-                + by_direction.dz.0[lane] * direction.dz.tangent[i]
+            let pairs = by_direction.iter().zip(&direction);
+            pairs.map(|(by, at)| by.0[lane] * at.tangent[i]).sum()
         })
     }
 }

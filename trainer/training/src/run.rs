@@ -99,16 +99,9 @@ pub fn train(
 
 /// Checks that the sources cover all materials, and that all shares are positive and have the sum 1.
 fn check_source_shares(source_shares: &[SourceShare], materials: usize) -> Result<(), TrainError> {
-    let count: usize = source_shares
-        .iter()
-        .map(|source_share| source_share.materials)
-        .sum();
-    let sum: f32 = source_shares
-        .iter()
-        .map(|source_share| source_share.share)
-        .sum();
-    let is_positive =
-        |source_share: &SourceShare| source_share.materials > 0 && source_share.share > 0.0;
+    let count: usize = source_shares.iter().map(|source| source.materials).sum();
+    let sum: f32 = source_shares.iter().map(|source| source.share).sum();
+    let is_positive = |source: &SourceShare| source.materials > 0 && source.share > 0.0;
     let is_valid =
         count == materials && (sum - 1.0).abs() < 1e-3 && source_shares.iter().all(is_positive);
     if is_valid || source_shares.is_empty() {

@@ -207,12 +207,7 @@ pub(super) fn coefficients_of_columns(
     let mut vectors = vec![0.0_f32; count * components];
     for (k, index) in order.into_iter().take(components).enumerate() {
         let vector = eigen.eigenvectors.column(index);
-        let largest = vector
-            .iter()
-            .fold(0.0_f64, |max, entry| match entry.abs() > max.abs() {
-                true => *entry,
-                false => max,
-            });
+        let largest = vector[vector.iamax()];
         for (column, entry) in vector.iter().enumerate() {
             vectors[column * components + k] = (entry * largest.signum()) as f32;
         }

@@ -114,21 +114,15 @@ pub(super) struct HeldOutLosses {
 
 impl<'t> HeldOut<'t> {
     pub(super) fn new(dataset: &'t Dataset, options: &'t TrainingOptions) -> Self {
-        let counts = if options.missing() > 0.0 {
-            partial_counts(options.samples)
-        } else {
-            Vec::new()
-        };
+        let counts = partial_counts(options.samples).into_iter();
+        let counts = counts.filter(|_| options.missing() > 0.0);
         Self {
             dataset,
             options,
             sums: [0.0; 2],
             losses: HeldOutLosses {
                 complete: Vec::new(),
-                partial: counts
-                    .into_iter()
-                    .map(|count| (count, Vec::new()))
-                    .collect(),
+                partial: counts.map(|count| (count, Vec::new())).collect(),
             },
         }
     }

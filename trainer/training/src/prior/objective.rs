@@ -152,24 +152,18 @@ impl<'a> PriorObjective<'a> {
                 .map(GaussNewtonRefinement::initial_hyperparameters),
             precision: vec![INITIAL_PRECISION; self.subset.basis.components()],
         };
-        let hyperparameters = hyperparameters.encode();
-        let (hyperparameters, pattern) = match self.earlier {
-            Some(earlier) => (
-                earlier.hyperparameters[..hyperparameters.len()].to_vec(),
-                earlier.pattern.clone(),
-            ),
-            None => (
-                hyperparameters,
-                self.streams.initial_pattern(guess, self.shape.samples),
-            ),
-        };
-        let values = MetaValues {
-            hyperparameters,
+        let mut values = MetaValues {
+            hyperparameters: hyperparameters.encode(),
             initial: initial.unwrap_or_default(),
-            pattern,
+            pattern: self.streams.initial_pattern(guess, self.shape.samples),
             coefficient_net,
             start_net,
         };
+        if let Some(earlier) = self.earlier {
+            let count = values.hyperparameters.len();
+            values.hyperparameters = earlier.hyperparameters[..count].to_vec();
+            values.pattern.clone_from(&earlier.pattern);
+        }
         match self.refinement {
             Some(refinement) if self.random_directions.is_some() => {
                 let loss = |values: &MetaValues| self.gradient(values, RANDOM_STEP, RANDOM_TASKS).0;

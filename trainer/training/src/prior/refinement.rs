@@ -64,18 +64,6 @@ impl VirtualReadings {
         }
     }
 
-    /// Returns the number of directions.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.at.count()
-    }
-
-    /// Returns true without directions.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.at.angles.is_empty()
-    }
-
     /// Evaluates coefficients: those of red, then of green, then of blue.
     #[must_use]
     pub fn values(&self, coefficients: &[f32]) -> VirtualValues {
@@ -159,7 +147,7 @@ impl RefinementInputs<'_> {
     /// Returns virtual readings, followed by those of the pattern.
     fn all_readings(&self, virtual_values: &[OctetRgb]) -> WeightedSamples<'static> {
         let readings = self.readings.octets();
-        let virtual_weight = 1.0 / self.virtual_readings.len() as f32;
+        let virtual_weight = 1.0 / self.virtual_readings.at.count() as f32;
         let mut weights = vec![Octet([virtual_weight; WIDTH]); virtual_values.len()];
         for octet in 0..readings.octets() {
             // The weight in a loss is 1 / (3 k) for k readings.

@@ -8,9 +8,10 @@ use glimpse_fitting::linear::{ComponentsAt, to_host_bytes};
 use glimpse_fitting::recipe::expected_loss::{LossEstimate, ValidatedLoss, ValidationSplit};
 use glimpse_fitting::recipe::options::{Effort, TrainingOptions};
 use glimpse_fitting::recipe::sections::Arena;
-use glimpse_materials::Material;
 use glimpse_materials::basis::BasisTable;
+use glimpse_materials::{Material, rows};
 use glimpse_optimizer::Groups;
+use serde::Deserialize;
 
 use super::cross_validation::{FOLDS, Fold, HeldOut, TrainedFold, folds};
 use super::dataset::{Dataset, Subset};
@@ -40,7 +41,7 @@ pub(crate) fn train<'a>(
 ) -> Result<Learned<'a>, TrainError> {
     let dataset = Dataset::of(materials, options);
     let folds = folds(dataset.training_count, &options.source_shares, options.seed);
-    let steps = Steps::new(options.effort, options.model);
+    let steps = Steps::of(options.effort, options.model);
     session.total = steps.patterns as usize * steps.search
         + steps.coefficient_net
         + steps.start_net
@@ -147,7 +148,11 @@ fn validated_loss(training_loss: LossEstimate, held_out_losses: &[HeldOutLoss]) 
 }
 
 /// The step counts of an effort.
+#[derive(Deserialize)]
 struct Steps {
+    effort: Effort,
+    /// True for Linear.
+    is_linear: bool,
     /// The number of patterns in the search; 0 without a search.
     patterns: u64,
     /// The number of steps for each pattern in the search.
@@ -161,25 +166,11 @@ struct Steps {
 }
 
 impl Steps {
-    fn new(effort: Effort, model: ModelKind) -> Self {
-        let (patterns, search, coefficient_net, start_net, fold) =
-            match (effort, model != ModelKind::Linear) {
-                (Effort::Brief, true) => (0, 0, 1_000, 400, [250, 100]),
-                (Effort::Brief, false) => (0, 0, 1_000, 0, [250, 0]),
-                (Effort::Quick, true) => (2, 500, 6_000, 2_500, [1_500, 1_000]),
-                (Effort::Quick, false) => (2, 500, 6_000, 0, [1_500, 0]),
-                (Effort::Standard, true) => (4, 1_500, 30_000, 4_000, [2_000, 1_250]),
-                (Effort::Standard, false) => (4, 3_000, 64_000, 0, [5_000, 0]),
-                (Effort::Long, true) => (16, 3_000, 100_000, 60_000, [20_000, 10_000]),
-                (Effort::Long, false) => (16, 3_000, 200_000, 0, [20_000, 0]),
-            };
-        Self {
-            patterns,
-            search,
-            coefficient_net,
-            start_net,
-            fold,
-        }
+    fn of(effort: Effort, model: ModelKind) -> Self {
+        let mut all = rows::<Self>(include_str!("steps.csv")).into_iter();
+        let is_linear = model == ModelKind::Linear;
+        all.find(|steps| steps.effort == effort && steps.is_linear == is_linear)
+            .expect("each effort has two rows")
     }
 }
 
@@ -272,7 +263,7 @@ fn start_net_phase<'a>(objective: &'a PriorObjective<'a>, steps: usize) -> Phase
 /// phase trains the StartNet, which is the only phase for random directions.
 #[must_use]
 pub fn phases<'a>(objective: &'a PriorObjective<'a>, effort: Effort) -> Vec<Phase<'a>> {
-    let steps = Steps::new(effort, objective.model());
+    let steps = Steps::of(effort, objective.model());
     if objective.random_directions.is_some() {
         return vec![Phase {
             start: None,
@@ -302,7 +293,7 @@ pub fn phases<'a>(objective: &'a PriorObjective<'a>, effort: Effort) -> Vec<Phas
 /// the run does not train on, estimate the loss on unseen materials.
 #[must_use]
 pub fn fold_phases<'a>(objective: &'a PriorObjective<'a>, effort: Effort) -> Vec<Phase<'a>> {
-    let [coefficient_net_steps, start_net_steps] = Steps::new(effort, objective.model()).fold;
+    let [coefficient_net_steps, start_net_steps] = Steps::of(effort, objective.model()).fold;
     let mut phases = vec![coefficient_net_phase(
         objective,
         coefficient_net_steps,
