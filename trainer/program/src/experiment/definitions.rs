@@ -12,7 +12,11 @@ use super::case::Variation::{
 };
 use super::case::{Approach, COMPARED, Case, SAMPLES, Subset};
 use super::derived;
-use super::record::{DELTA_E, DSSIM, Key, LOSS, Record};
+use super::record::Key::{
+    self, BoundHolds, Components, Coverage, Increase, Material, Mean, Method, Metric, Model,
+    Position, Samples, Seconds, Spread, StandardError, Times, TruthOverPredicted,
+};
+use super::record::{DELTA_E, DSSIM, LOSS, Record};
 use super::run::{Experiment, NEW, Sets};
 use super::view::Columns::{By, Named};
 use super::view::Form::{Patterns, Plots, Spheres, Table};
@@ -20,19 +24,16 @@ use super::view::{Columns, View};
 use crate::report::Compare::{WithinColumn, WithinRow};
 
 /// All metrics, and the standard error of the loss.
-const METRICS: &[Columns] = &[
-    By(&[], LOSS),
-    By(&[], DSSIM),
-    By(&[], Key::Metric(2)),
-    By(&[], Key::Metric(3)),
-    By(&[], DELTA_E),
-    By(&[], Key::StandardError),
-];
+const METRICS: &[Columns] = &[By(
+    &[],
+    &[LOSS, DSSIM, Metric(2), Metric(3), DELTA_E, StandardError],
+)];
+/// The loss of each variation.
+const LOSS_BY_VARIATION: Columns = By(&[Key::Variation], &[LOSS]);
 /// The loss of each variation, and its increase.
-const VARIATIONS: &[Columns] = &[
-    By(&[Key::Variation], LOSS),
-    By(&[Key::Variation], Key::Increase),
-];
+const VARIATIONS: &[Columns] = &[By(&[Key::Variation], &[LOSS, Increase])];
+/// The labels of a method and its variation.
+const VARIED_METHOD: &[Key] = &[Method, Key::Variation];
 
 /// All experiments.
 pub(super) static EXPERIMENTS: [Experiment; 18] = [
@@ -44,13 +45,13 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             View::new(
                 "metrics",
                 "means over the test materials and, for Random and Meta, over several seeds",
-                Table(&[Key::Method], METRICS, Some(WithinColumn)),
+                Table(&[Method], METRICS, Some(WithinColumn)),
             )
             .by_model(),
             View::new(
                 "spheres",
                 "The most diffuse and the glossiest material; click to enlarge",
-                Spheres(2, &[Key::Model], Key::Method),
+                Spheres(2, &[Model], Method),
             )
             .of(measured),
         ],
@@ -73,15 +74,15 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
                 "Mean loss over the test set at n = 8. Paper: its values, on 20 other materials. All other columns: our \
                  values on the test set named here. Meta and the paper's have schedule paper, Glimpse has schedule prior. \
                  Linear has 5 components and eta = 40, also for Optimum; for Glimpse, a learned map replaces them",
-                Table(&[Key::Model], &[By(&[Key::Approach], LOSS)], None),
+                Table(&[Model], &[By(&[Key::Approach], &[LOSS])], None),
             ),
             View::new(
                 "summary",
                 "Mean losses, and mean color error of spheres, at n = 8",
                 Table(
-                    &[Key::Model],
+                    &[Model],
                     &[
-                        By(&[Key::Method], LOSS),
+                        By(&[Method], &[LOSS]),
                         Named("color error of Glimpse", |r| is(r, Glimpse), DELTA_E, 1),
                     ],
                     None,
@@ -105,14 +106,8 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             "Samples needed to match the quality of the paper's at n = 8, divided by 8, interpolated linearly over ln n; \
              empty if the largest n is not enough",
             Table(
-                &[Key::Model, Key::Method],
-                &[
-                    By(&[], Key::Times(0)),
-                    By(&[], Key::Times(1)),
-                    By(&[], Key::Times(2)),
-                    By(&[], Key::Times(3)),
-                    By(&[], Key::Times(4)),
-                ],
+                &[Model, Method],
+                &[By(&[], &[Times(0), Times(1), Times(2), Times(3), Times(4)])],
                 None,
             ),
         )],
@@ -129,13 +124,13 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             View::new(
                 "curves",
                 "each point of Meta, the paper's and Glimpse is a separate training",
-                Table(&[Key::Method, Key::Samples], METRICS, Some(WithinColumn)),
+                Table(&[Method, Samples], METRICS, Some(WithinColumn)),
             )
             .by_model(),
             View::new(
                 "",
                 "errors over the number of samples; Optimum is drawn at the right end",
-                Plots(Key::Samples, &[LOSS, DSSIM], &[Key::Method]),
+                Plots(Samples, &[LOSS, DSSIM], &[Method]),
             )
             .by_model(),
         ],
@@ -150,17 +145,13 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             View::new(
                 "losses",
                 "loss of each material at n = 8",
-                Table(
-                    &[Key::Material],
-                    &[By(&[Key::Method], LOSS)],
-                    Some(WithinRow),
-                ),
+                Table(&[Material], &[By(&[Method], &[LOSS])], Some(WithinRow)),
             )
             .by_model(),
             View::new(
                 "",
                 "loss of each material at n = 8",
-                Plots(Key::Position, &[LOSS], &[Key::Method]),
+                Plots(Position, &[LOSS], &[Method]),
             )
             .by_model(),
         ],
@@ -179,20 +170,20 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             View::new(
                 "linear-n2",
                 "Linear, n = 2. Paper: its values, on the eight materials of Nielsen et al",
-                Table(&[Key::Method], METRICS, Some(WithinColumn)),
+                Table(&[Method], METRICS, Some(WithinColumn)),
             )
             .of(|r| r.case.samples == 2),
             View::new(
                 "metrics",
                 "n = 8. Paper: its values, on other materials of the RGL database",
-                Table(&[Key::Method], METRICS, Some(WithinColumn)),
+                Table(&[Method], METRICS, Some(WithinColumn)),
             )
             .of(|r| r.case.samples == SAMPLES)
             .by_model(),
             View::new(
                 "losses",
                 "Loss at n = 8. Paper: its values, on other materials of the RGL database",
-                Table(&[Key::Model], &[By(&[Key::Approach], LOSS)], None),
+                Table(&[Model], &[By(&[Key::Approach], &[LOSS])], None),
             )
             .of(|r| r.case.samples == SAMPLES),
         ],
@@ -208,7 +199,7 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
         views: &[View::new(
             "robustness",
             "Loss of the paper's method with some of 8 learned samples replaced by random ones, mean of 5 runs",
-            Table(&[Key::Model], VARIATIONS, None),
+            Table(&[Model], VARIATIONS, None),
         )],
         ..NEW
     },
@@ -221,12 +212,8 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             "Loss of the paper's method at n = 8 in five trainings with different seeds; in the paper, the standard \
              deviation is less than 5 % of the loss",
             Table(
-                &[Key::Model],
-                &[
-                    By(&[Key::Variation], LOSS),
-                    By(&[], Key::Mean),
-                    By(&[], Key::Spread),
-                ],
+                &[Model],
+                &[LOSS_BY_VARIATION, By(&[], &[Mean, Spread])],
                 None,
             ),
         )],
@@ -240,7 +227,7 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             "again",
             "Loss of the paper's method at n = 8, and after both training stages are repeated: initial parameters and step \
              sizes on the learned pattern, then the pattern again. Linear has no learned initial parameters",
-            Table(&[Key::Model], VARIATIONS, Some(WithinRow)),
+            Table(&[Model], VARIATIONS, Some(WithinRow)),
         )],
         ..NEW
     },
@@ -258,11 +245,7 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             "convergence",
             "Neural: loss after 20 steps on 512 (Random) or 32 samples, and after 10,000 more on 512 fresh random samples \
              each",
-            Table(
-                &[Key::Method],
-                &[By(&[Key::Variation], LOSS)],
-                Some(WithinColumn),
-            ),
+            Table(&[Method], &[LOSS_BY_VARIATION], Some(WithinColumn)),
         )],
         ..NEW
     },
@@ -285,16 +268,12 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
                 "Neural, loss. Importance: initial parameters and step sizes of Meta, and a Sobol sequence mapped through \
                  the inverse cumulative distribution of the logarithmic mean of the training materials. In the paper, its \
                  loss is more than four times that of the paper's own method",
-                Table(
-                    &[Key::Samples],
-                    &[By(&[Key::Method, Key::Variation], LOSS)],
-                    Some(WithinRow),
-                ),
+                Table(&[Samples], &[By(VARIED_METHOD, &[LOSS])], Some(WithinRow)),
             ),
             View::new(
                 "",
                 "Neural: importance sampling of the mean BRDF",
-                Plots(Key::Samples, &[LOSS], &[Key::Method, Key::Variation]),
+                Plots(Samples, &[LOSS], VARIED_METHOD),
             ),
         ],
         ..NEW
@@ -316,7 +295,7 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
              higher ratios of maximum to median (of BRDF times cosine)",
             Table(
                 &[Key::Variation],
-                &[By(&[Key::Material], LOSS)],
+                &[By(&[Material], &[LOSS])],
                 Some(WithinColumn),
             ),
         )],
@@ -338,7 +317,7 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             "bases",
             "Linear, n = 8, with 5 and 240 components; fewer if there are too few training columns, three for each \
                  material",
-            Table(&[Key::Components, Key::Method], METRICS, Some(WithinColumn)),
+            Table(&[Components, Method], METRICS, Some(WithinColumn)),
         )],
         ..NEW
     },
@@ -362,8 +341,8 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
                 "seconds",
                 "Linear, n = 8 and more",
                 Table(
-                    &[Key::Method, Key::Variation, Key::Samples],
-                    &[By(&[], Key::Seconds), By(&[], LOSS), By(&[], DELTA_E)],
+                    &[Method, Key::Variation, Samples],
+                    &[By(&[], &[Seconds, LOSS, DELTA_E])],
                     None,
                 ),
             )
@@ -371,11 +350,7 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             View::new(
                 "",
                 "Errors over the seconds of a scan (Linear, all axes turn at 10 degrees per second, each reading takes 0.5 s)",
-                Plots(
-                    Key::Seconds,
-                    &[LOSS, DELTA_E],
-                    &[Key::Method, Key::Variation],
-                ),
+                Plots(Seconds, &[LOSS, DELTA_E], VARIED_METHOD),
             ),
         ],
         ..NEW
@@ -401,14 +376,14 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             "any",
             "Mean loss by instrument",
             Table(
-                &[Key::Variation, Key::Samples],
+                &[Key::Variation, Samples],
                 &[
-                    By(&[Key::Model], LOSS),
+                    By(&[Model], &[LOSS]),
                     Named("color error: GGX", |r| is(r, Ggx), DELTA_E, 1),
                     Named("color error: Linear", is_linear, DELTA_E, 1),
-                    Named("truth / predicted", is_linear, Key::TruthOverPredicted, 2),
-                    Named("bound holds", is_linear, Key::BoundHolds, 2),
-                    Named("within one deviation", is_linear, Key::Coverage, 2),
+                    Named("truth / predicted", is_linear, TruthOverPredicted, 2),
+                    Named("bound holds", is_linear, BoundHolds, 2),
+                    Named("within one deviation", is_linear, Coverage, 2),
                 ],
                 Some(WithinRow),
             ),
@@ -435,7 +410,7 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
         views: &[View::new(
             "teaser",
             "Neural, n = 64; test materials from diffuse to glossy",
-            Spheres(6, &[], Key::Method),
+            Spheres(6, &[], Method),
         )],
         ..NEW
     },
@@ -447,14 +422,14 @@ pub(super) static EXPERIMENTS: [Experiment; 18] = [
             View::new(
                 "spheres",
                 "The glossiest test material; each picture uses a different recipe",
-                Spheres(1, &[Key::Model, Key::Method], Key::Samples),
+                Spheres(1, &[Model, Method], Samples),
             ),
             View::new(
                 "losses",
                 "Loss over the number of samples",
                 Table(
-                    &[Key::Model, Key::Method],
-                    &[By(&[Key::Samples], LOSS)],
+                    &[Model, Method],
+                    &[By(&[Samples], &[LOSS])],
                     Some(WithinColumn),
                 ),
             ),

@@ -40,8 +40,8 @@ pub(super) enum Form {
 
 /// Columns of a table after the labels.
 pub(super) enum Columns {
-    /// A value for each label of some keys, of this run and then of the paper.
-    By(&'static [Key], Key),
+    /// Values for each label of some keys, of this run and then of the paper.
+    By(&'static [Key], &'static [Key]),
     /// A title, the records with the value, the value, and its decimals.
     Named(&'static str, fn(&Record) -> bool, Key, usize),
 }
@@ -209,8 +209,8 @@ impl Columns {
     /// Returns the columns with the records that each shows.
     fn shown<'r>(&self, records: &[&'r Record]) -> Vec<Shown<'r>> {
         let mut records = records.to_vec();
-        let (keys, value) = match *self {
-            Self::By(keys, value) => (keys, value),
+        let (keys, values) = match *self {
+            Self::By(keys, values) => (keys, values),
             Self::Named(title, of, value, decimals) => {
                 records.retain(|record| of(record));
                 let column = Column {
@@ -225,9 +225,12 @@ impl Columns {
                 }];
             }
         };
-        let groups = groups(&records, &[&[Key::Source], keys].concat()).into_iter();
-        let known = groups.filter(|(_, records)| value.cell(records) != Value::Null);
-        let shown = known.map(|(_, records)| {
+        let groups = groups(&records, &[&[Key::Source], keys].concat());
+        let all = values
+            .iter()
+            .flat_map(|value| groups.iter().map(move |group| (*value, group)));
+        let known = all.filter(|(value, (_, records))| value.cell(records) != Value::Null);
+        let shown = known.map(|(value, (_, records))| {
             let mut column = value.column();
             let words = keys.iter().map(|key| key.heading(records[0]));
             let mut words: Vec<String> = words.collect();
@@ -241,7 +244,7 @@ impl Columns {
             }
             Shown {
                 column,
-                records,
+                records: records.clone(),
                 value,
             }
         });
@@ -340,8 +343,8 @@ mod tests {
         };
         let records = [published, record(1, 0.25), record(2, 0.75)];
         let columns = [
-            Columns::By(&[Key::Variation], LOSS),
-            Columns::By(&[], Key::Spread),
+            Columns::By(&[Key::Variation], &[LOSS]),
+            Columns::By(&[], &[Key::Spread]),
             Columns::Named("none", |_| false, LOSS, 4),
         ];
         let records: Vec<&Record> = records.iter().collect();
