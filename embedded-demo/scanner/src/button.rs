@@ -89,12 +89,7 @@ impl<P: Wait + InputPin> Button<P> {
                 core::future::pending::<()>().await;
             }
         };
-        let hold = async {
-            match self.held_at {
-                Some(at) => Timer::at(at).await,
-                None => core::future::pending().await,
-            }
-        };
+        let hold = Timer::at(self.held_at.unwrap_or(Instant::MAX));
         matches!(select(change, hold).await, Either::Second(()))
     }
 }

@@ -20,29 +20,20 @@ const CONVERT: u8 = 2;
 const IS_VALID: u8 = 1;
 
 /// An exposure: the gain's register, and the factor to the counts of the nominal one.
-struct Exposure {
-    gain: u8,
-    factor: f32,
-}
+struct Exposure(u8, f32);
 
-/// With the gain 1, the nominal gain 4, and the gain 60. Less time saturates at the same light.
-const EXPOSURES: [Exposure; 3] = [
-    Exposure::new(0, 4.0),
-    Exposure::new(1, 1.0),
-    Exposure::new(3, 1.0 / 15.0),
-];
+/// With the gain 1. Less time saturates at the same light.
+const SHORT: Exposure = Exposure(0, 4.0);
+/// With the gain 4.
+const NOMINAL: Exposure = Exposure(1, 1.0);
+/// With the gain 60.
+const LONG: Exposure = Exposure(3, 1.0 / 15.0);
 /// 64 cycles of 2.4 ms, the shortest time with counts up to 65,535.
 const CYCLES: u8 = 64;
 /// Counts at and above which a reading is saturated.
 const SATURATION: f32 = 65_535.0;
 /// Two integrations, because the first may have begun before the arms rest, and the start of the oscillator.
 const SETTLE: Duration = Duration::from_millis(313);
-
-impl Exposure {
-    const fn new(gain: u8, factor: f32) -> Self {
-        Self { gain, factor }
-    }
-}
 
 /// A TCS3472: linear red, green and blue. A reading that saturates is read again with less exposure, and one below a
 /// hundredth of the range with more.
@@ -67,7 +58,7 @@ impl<B: I2c> ColorSensor<B> {
         for (register, value) in [
             (ENABLE, POWER_ON),
             (INTEGRATION_TIME, CYCLES.wrapping_neg()),
-            (GAIN, exposure.gain),
+            (GAIN, exposure.0),
             (ENABLE, POWER_ON | CONVERT),
         ] {
             self.write(register, value).await?;
@@ -90,19 +81,18 @@ const FAULT: Error = Error::new(ErrorCode::Sensor);
 
 impl<B: I2c> Sensor for ColorSensor<B> {
     async fn counts(&mut self, adapts: bool) -> Result<Counts, Error> {
-        let [short, nominal, long] = &EXPOSURES;
-        let mut exposure = nominal;
-        let mut counts = self.expose(exposure).await?;
+        let mut exposure = NOMINAL;
+        let mut counts = self.expose(&exposure).await?;
         let largest = |counts: [f32; 3]| counts.into_iter().fold(0.0, f32::max);
         if adapts && largest(counts) >= SATURATION {
-            exposure = short;
-            counts = self.expose(exposure).await?;
+            exposure = SHORT;
+            counts = self.expose(&exposure).await?;
         } else if adapts && largest(counts) < 0.01 * SATURATION {
-            exposure = long;
-            counts = self.expose(exposure).await?;
+            exposure = LONG;
+            counts = self.expose(&exposure).await?;
         }
         Ok(Counts {
-            channels: counts.map(|count| count * exposure.factor),
+            channels: counts.map(|count| count * exposure.1),
             is_saturated: largest(counts) >= SATURATION,
         })
     }

@@ -157,12 +157,9 @@ where
             let write = with_deadline(due, self.sender.write(part));
             let count = match select(self.operator.command(), write).await {
                 Either::First(command) => {
-                    let is_urgent = command == Command::Stop || self.command.is_none();
-                    self.command = if is_urgent {
-                        Some(command)
-                    } else {
-                        self.command
-                    };
+                    if command == Command::Stop || self.command.is_none() {
+                        self.command = Some(command);
+                    }
                     continue;
                 }
                 Either::Second(Ok(Ok(count))) if count > 0 => count,
@@ -202,13 +199,8 @@ where
         let due = delay_ms.map(|ms| Instant::now() + Duration::from_millis(ms.into()));
         let timer = Timer::at(due.unwrap_or(Instant::MAX).min(self.remind_at));
         let mut buffer = [0; 64];
-        match select3(
-            self.operator.command(),
-            self.receiver.read(&mut buffer),
-            timer,
-        )
-        .await
-        {
+        let read = self.receiver.read(&mut buffer);
+        match select3(self.operator.command(), read, timer).await {
             Either3::First(command) => return Some(command),
             Either3::Second(Ok(count @ 1..)) => {
                 buffer.iter().take(count).for_each(receive);
@@ -282,7 +274,7 @@ where
 
     /// Stops the arms. Nothing moves until they are homed.
     pub(crate) fn stop(&mut self) {
-        self.machine.stop();
+        self.machine.arms.stop();
         self.at = None;
     }
 

@@ -32,11 +32,6 @@ impl<S: OutputPin, H: InputPin, R: Sensor> Instrument<S, H, R> {
         }
     }
 
-    /// Returns the angles of the arms according to their step counts. None while one is unknown.
-    pub(crate) fn angles(&self) -> Option<Arms> {
-        self.arms.angles().map(Arms::from_array)
-    }
-
     /// Homes the arms. The result is evidence about the readings since the previous homing.
     ///
     /// # Errors
@@ -74,11 +69,6 @@ impl<S: OutputPin, H: InputPin, R: Sensor> Instrument<S, H, R> {
     fn light(&mut self, is_lit: bool) -> Result<(), Error> {
         let set = self.lamp.set_state(is_lit.into());
         set.map_err(|_| Error::new(ErrorCode::LampPin))
-    }
-
-    /// Stops the arms at once.
-    pub(crate) fn stop(&mut self) {
-        self.arms.stop();
     }
 
     /// Polls the arms until they rest. Returns the result of a homing.

@@ -117,13 +117,8 @@ impl Optics {
         let dark = self.room.unwrap_or(self.dark);
         let mut spans = dark.into_iter().zip(self.span);
         let white = dark.map(|_| spans.next().map_or(0.0, |(dark, span)| dark + span));
-        let White {
-            at,
-            reflectance,
-            footprint,
-        } = &self.white;
-        let reading = Calibration::new(dark, white, *reflectance)?
-            .read_once_at(&at.directions(), *footprint)?
+        let reading = Calibration::new(dark, white, self.white.reflectance)?
+            .read_once_at(&self.white.at.directions(), self.white.footprint)?
             .reading(channels, &arms.directions())?;
         Ok(Reading {
             saturated: counts.is_saturated,

@@ -43,14 +43,11 @@ pub async fn run<K: ScanModel, S: OutputPin, H: InputPin, R: Sensor>(
             None => {
                 scan.restart();
                 let restored = device.store.restore(&mut scan).unwrap_or(0);
-                let is_complete = restored > 0 && scan.next_pending().is_none();
-                device
-                    .show(if is_complete {
-                        Event::Saved
-                    } else {
-                        Event::Waiting
-                    })
-                    .await;
+                let event = match scan.next_pending() {
+                    None if restored > 0 => Event::Saved,
+                    _ => Event::Waiting,
+                };
+                device.show(event).await;
                 device.command().await
             }
         };
@@ -61,8 +58,7 @@ pub async fn run<K: ScanModel, S: OutputPin, H: InputPin, R: Sensor>(
                 .await
                 .map(|()| Event::Calibrated),
             Command::Resume | Command::Restart => {
-                let begun = device.begin(next, &mut scan, white).await;
-                match begun {
+                match device.begin(next, &mut scan, white).await {
                     Ok(optics) => {
                         let mut scanner = Scanner {
                             driver: Driver::new(scan, config),
@@ -193,7 +189,8 @@ where
         let scan = scanner.driver.scan();
         // The order of a recipe for a time, and that of a target loss, count.
         let is_ordered = scan.recipe().is_in_path_order() || scanner.config.target_loss.is_some();
-        let from = self.machine.angles().unwrap_or_default();
+        let from = self.machine.arms.angles().map(Arms::from_array);
+        let from = from.unwrap_or_default();
         let next = match &scanner.config.machine {
             None => Some((index, Arms::from_directions(&directions))),
             Some(machine) => {

@@ -17,17 +17,10 @@ pub const MIN_SEPARATION: f32 = 0.09;
 /// pin increases the angle, unless `reversed`. Speeds, acceleration and tolerance are in steps: scale them with microsteps
 /// and gear. An axis makes at most 20,000 steps/s.
 pub const AXES: [Settings; 4] = [
-    Settings {
-        home: -0.05,
-        min_angle: 0.0,
-        max_angle: 1.5,
-        ..POLAR
-    },
+    POLAR,
     AZIMUTH,
     Settings {
         home: 1.55,
-        min_angle: 0.0,
-        max_angle: 1.5,
         ..POLAR
     },
     AZIMUTH,
@@ -43,9 +36,9 @@ const POLAR: Settings = Settings {
     speed: 4_000.0,         // steps/s
     acceleration: 20_000.0, // steps/s^2
     homing_speed: 1_000.0,  // steps/s
-    home: 0.0,
+    home: -0.05,
     min_angle: 0.0,
-    max_angle: 0.0,
+    max_angle: 1.5,
     far: None,    // the angle of a second switch, which checks `steps_per_radian`
     tolerance: 8, // half a full step: a stepper loses whole electrical cycles, of four full steps or 64 microsteps
     reversed: false,
