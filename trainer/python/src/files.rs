@@ -1,10 +1,9 @@
 //! Output files. Each is written atomically, and no other file is replaced without `overwrite`.
 
-use std::fs;
 use std::io::{Error, ErrorKind};
 use std::path::PathBuf;
 
-use glimpse_materials::files::write_atomic;
+use glimpse_materials::files::{has_content, write_atomic};
 use pyo3::prelude::*;
 
 use crate::error::Result;
@@ -12,8 +11,7 @@ use crate::error::Result;
 /// Writes files that belong together. If one of them exists with other bytes and `overwrite` is false, none is written.
 pub(crate) fn write(files: &[(PathBuf, Vec<u8>)], overwrite: bool) -> Result<()> {
     for (path, bytes) in files {
-        let differs = || !fs::read(path).is_ok_and(|present| present == *bytes);
-        if !overwrite && path.is_file() && differs() {
+        if !overwrite && path.is_file() && !has_content(path, bytes) {
             let message = format!(
                 "{} exists: pass overwrite=True to replace it, or choose another path",
                 path.display()

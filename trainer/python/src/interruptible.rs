@@ -42,15 +42,12 @@ pub(crate) fn run_interruptible<T: Send>(
                 }
             }
             let result = worker.join().map_err(|payload| panic_exception(&*payload));
-            match exception {
-                Some(error) => Err(error.into()),
-                // Reports the last progress.
-                None => {
-                    let result = result?;
-                    poll()?;
-                    Ok(result)
-                }
+            if let Some(error) = exception {
+                return Err(error.into());
             }
+            let result = result?;
+            poll()?; // reports the last progress
+            Ok(result)
         })
     })
 }

@@ -29,27 +29,19 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _glimpse_brdf {
     #[pymodule_export]
-    use crate::compare::compare;
-    #[pymodule_export]
-    use crate::error::{GlimpseError, ImplausibleError};
-    #[pymodule_export]
-    use crate::evaluate::evaluate;
-    #[pymodule_export]
-    use crate::fit::PyFittedMaterial;
-    #[pymodule_export]
-    use crate::loss::{directions, loss};
-    #[pymodule_export]
-    use crate::machine::PyMachine;
-    #[pymodule_export]
-    use crate::material::{PyMaterial, load_material, load_materials, table_directions};
-    #[pymodule_export]
-    use crate::next::PyProposals;
-    #[pymodule_export]
-    use crate::plan::PyPlan;
-    #[pymodule_export]
-    use crate::recipe::PyRecipe;
-    #[pymodule_export]
-    use crate::train::train;
+    use crate::{
+        compare::compare,
+        error::{GlimpseError, ImplausibleError},
+        evaluate::evaluate,
+        fit::PyFittedMaterial,
+        loss::{directions, loss},
+        machine::PyMachine,
+        material::{PyMaterial, load_material, load_materials, table_directions},
+        next::PyProposals,
+        plan::PyPlan,
+        recipe::PyRecipe,
+        train::train,
+    };
 
     use super::*;
 

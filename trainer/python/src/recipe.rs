@@ -137,8 +137,11 @@ impl PyRecipe {
     #[getter]
     fn angles_degrees(&self) -> Array<f64> {
         let recipe = self.recipe();
-        let pattern = recipe.pattern();
-        Array::rows(pattern.map(|angles| arms_in_degrees(angles).to_array()))
+        Array::rows(
+            recipe
+                .pattern()
+                .map(|angles| arms_in_degrees(angles).to_array()),
+        )
     }
 
     /// The directions as Rusinkiewicz angles theta_h, theta_d, phi_d in radians, float64 of shape (n, 3).
