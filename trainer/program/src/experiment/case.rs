@@ -88,8 +88,7 @@ impl fmt::Display for Variation {
             Self::Replaced(count, _) => write!(f, "{count} of {SAMPLES} replaced"),
             Self::Importance => f.write_str("importance"),
             Self::Readings(instrument, degrees) => {
-                let value = instrument.to_possible_value();
-                f.write_str(value.as_ref().map_or("", |value| value.get_name()))?;
+                f.write_str(&instrument.name())?;
                 match degrees {
                     0 => Ok(()),
                     degrees => write!(f, ", {degrees} degree off"),

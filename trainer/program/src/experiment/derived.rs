@@ -20,10 +20,8 @@ pub(super) fn with_black(
     mut records: Vec<Record>,
 ) -> Vec<Record> {
     let black = |_: &HalfDifference<f32>| [0.0; 3];
-    let losses = set
-        .materials
-        .iter()
-        .map(|material| loss_between(&black, &**material));
+    let materials = set.materials.iter();
+    let losses = materials.map(|material| loss_between(&black, &**material));
     let loss = losses.sum::<f64>() / set.materials.len() as f64;
     let case = Case::new(Approach::Black, MODELS[0], 0);
     records.push(Record::new(case, &[loss]));
@@ -86,12 +84,8 @@ pub(super) fn by_material(_: &Store<'_>, _: &TestSet<'_>, records: Vec<Record>) 
         let paper = records
             .iter()
             .find(|record| record.case.approach == Approach::Paper);
-        let losses = paper.map(|paper| {
-            materials(paper)
-                .iter()
-                .map(|material| material.metrics.loss)
-        });
-        let losses: Vec<f64> = losses.into_iter().flatten().collect();
+        let losses = paper.into_iter().flat_map(materials);
+        let losses: Vec<f64> = losses.map(|material| material.metrics.loss).collect();
         let mut order: Vec<usize> = (0..losses.len()).collect();
         order.sort_by(|a, b| losses[*b].total_cmp(&losses[*a]));
         for record in records {

@@ -178,18 +178,18 @@ impl Key {
     /// Returns the value of a record; NaN if it has none.
     fn value(self, record: &Record) -> f64 {
         let report = record.report.as_ref();
+        let prediction = report.and_then(|report| report.prediction.as_ref());
         let value = match self {
             Self::Metric(index) | Self::Times(index) => Some(record.metrics[index]),
             Self::Mean | Self::Spread => Some(record.metrics[0]),
             Self::Increase => Some(record.increase),
             Self::Seconds => record.seconds,
             Self::StandardError => report.and_then(|report| report.loss_standard_error),
-            Self::TruthOverPredicted => report
-                .and_then(|report| Some(report.metrics.loss / report.prediction.as_ref()?.loss)),
-            Self::BoundHolds => {
-                report.and_then(|report| report.prediction.as_ref()?.bound_coverage)
+            Self::TruthOverPredicted => {
+                prediction.map(|predicted| record.metrics[0] / predicted.loss)
             }
-            Self::Coverage => report.and_then(|report| report.prediction.as_ref()?.coverage),
+            Self::BoundHolds => prediction.and_then(|prediction| prediction.bound_coverage),
+            Self::Coverage => prediction.and_then(|prediction| prediction.coverage),
             _ => None,
         };
         value.unwrap_or(f64::NAN)

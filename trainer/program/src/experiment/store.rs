@@ -272,14 +272,17 @@ impl<'a> Store<'a> {
         case: &Case,
         use_method: impl FnOnce(Method<'_>) -> anyhow::Result<T>,
     ) -> anyhow::Result<T> {
+        let use_method = |method: Method<'_>| match case.variation {
+            Variation::Refined => use_method(method.with_refinement(REFINEMENT_STEPS)),
+            _ => use_method(method),
+        };
         let Some(trained) = case.trained() else {
             return self.with_untrained(case, use_method);
         };
         let seed = self.settings.seed;
         let mut named = self.recipe(&trained)?;
         if let Variation::Readings(instrument, _) = case.variation {
-            let directions = instrument.directions(0.0);
-            named = named.at(&directions)?;
+            named = named.at(&instrument.directions(0.0))?;
         }
         let (recipe, basis) = (named.file.recipe(), named.basis.as_deref());
         let at = |directions| Method::at_directions(case.method(), &recipe, basis, directions);
@@ -307,10 +310,7 @@ impl<'a> Store<'a> {
             (_, Approach::Baseline) => at(SampleDirections::Random(case.samples))?,
             _ => Method::with_recipe(&recipe, basis)?,
         };
-        use_method(match case.variation {
-            Variation::Refined => method.with_refinement(REFINEMENT_STEPS),
-            _ => method,
-        })
+        use_method(method)
     }
 
     /// Passes a method that is not meta-learned.
@@ -331,13 +331,8 @@ impl<'a> Store<'a> {
                 Approach::Optimum => SampleDirections::Converged(LINEAR_OPTIMUM_DIRECTIONS),
                 _ => SampleDirections::Random(samples),
             };
-            let name = case.method();
-            return use_method(Method::linear(
-                name,
-                &basis,
-                TrainingOptions::PAPER_ETA,
-                directions,
-            ));
+            let eta = TrainingOptions::PAPER_ETA;
+            return use_method(Method::linear(case.method(), &basis, eta, directions));
         }
         use_method(match (case.approach, case.variation) {
             (Approach::Ggx, Variation::Readings(instrument, displacement)) => {
@@ -345,9 +340,6 @@ impl<'a> Store<'a> {
                     .measured_at(instrument.directions(displacement.into()))
             }
             (Approach::Optimum, _) => Method::optimum(model, self.optimum_steps(model)),
-            (_, Variation::Refined) => {
-                Method::random(model, samples, INNER_STEPS).with_refinement(REFINEMENT_STEPS)
-            }
             _ => Method::random(model, samples, INNER_STEPS),
         })
     }

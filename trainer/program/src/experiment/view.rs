@@ -9,8 +9,8 @@ use super::glossiness::by_glossiness;
 use super::record::{Key, LOSS, Record};
 use super::store::Store;
 use crate::report::{
-    Axis, Column, Compare, GalleryRow, Highlight, Page, Plot, Scale, Series, Table, pattern_svg,
-    text, write_file,
+    Column, Compare, GalleryRow, Highlight, Page, Plot, Scale, Series, Table, pattern_svg, text,
+    write_file,
 };
 
 /// A view of the records for which `of` is true.
@@ -163,12 +163,8 @@ fn joined(labels: &[Value], end: &str) -> String {
     words.join(", ")
 }
 
-/// A column of a table with the records that it shows.
-struct Shown<'r> {
-    column: Column,
-    records: Vec<&'r Record>,
-    value: Key,
-}
+/// A column of a table, the records that it shows, and their value.
+type Shown<'r> = (Column, Vec<&'r Record>, Key);
 
 fn table(
     records: &[&Record],
@@ -178,24 +174,24 @@ fn table(
 ) -> Table {
     let shown = columns.iter().flat_map(|columns| columns.shown(records));
     let mut shown: Vec<Shown<'_>> = shown.collect();
-    shown.sort_by_key(|shown| shown.column.title.starts_with(PUBLISHED));
-    for shown in &mut shown {
+    shown.sort_by_key(|(column, ..)| column.title.starts_with(PUBLISHED));
+    for (column, _, value) in &mut shown {
         // In a row, only losses have a common scale.
-        if compare.is_none() || compare == Some(Compare::WithinRow) && shown.value != LOSS {
-            shown.column.highlight = Highlight::None;
+        if compare.is_none() || compare == Some(Compare::WithinRow) && *value != LOSS {
+            column.highlight = Highlight::None;
         }
     }
     let entries = groups(records, rows).into_iter().map(|(labels, records)| {
-        let cells = shown.iter().map(|shown| {
-            let mut both = shown.records.clone();
+        let cells = shown.iter().map(|(_, shown, value)| {
+            let mut both = shown.clone();
             both.retain(|record| records.iter().any(|other| ptr::eq(*record, *other)));
-            shown.value.cell(&both)
+            value.cell(&both)
         });
         labels.into_iter().chain(cells).collect()
     });
     let entries: Vec<Vec<Value>> = entries.collect();
     let labels = rows.iter().map(|key| key.column());
-    let columns = labels.chain(shown.into_iter().map(|shown| shown.column));
+    let columns = labels.chain(shown.into_iter().map(|(column, ..)| column));
     Table {
         compare: compare.unwrap_or(Compare::WithinColumn),
         ..Table::new("", columns.collect::<Vec<_>>(), entries)
@@ -218,11 +214,7 @@ impl Columns {
                     decimals,
                     ..value.column()
                 };
-                return vec![Shown {
-                    column,
-                    records,
-                    value,
-                }];
+                return vec![(column, records, value)];
             }
         };
         let groups = groups(&records, &[&[Key::Source], keys].concat());
@@ -242,11 +234,7 @@ impl Columns {
                 let title = PUBLISHED.to_owned() + &column.title;
                 column = Column::plain(title, column.decimals.min(3));
             }
-            Shown {
-                column,
-                records: records.clone(),
-                value,
-            }
+            (column, records.clone(), value)
         });
         shown.collect()
     }
@@ -270,20 +258,15 @@ fn plot(records: &[&Record], x: Key, y: Key, by: &[Key], title: &str) -> Plot {
             })
             .collect(),
     });
+    let scale = match x {
+        Key::Samples => Scale::Log2,
+        Key::Position => Scale::Linear,
+        _ => Scale::Log10,
+    };
     Plot {
         title: title.to_owned(),
-        x: Axis {
-            title: x.column().title,
-            scale: match x {
-                Key::Samples => Scale::Log2,
-                Key::Position => Scale::Linear,
-                _ => Scale::Log10,
-            },
-        },
-        y: Axis {
-            title: format!("{} (lower is better)", y.column().title),
-            scale: Scale::Log10,
-        },
+        x: (x.column().title, scale),
+        y: format!("{} (lower is better)", y.column().title),
         series: series.collect(),
     }
 }

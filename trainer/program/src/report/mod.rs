@@ -14,5 +14,5 @@ pub(crate) use gallery::{GalleryRow, Tile};
 pub(crate) use lobe::{Lobe, MAX_LOBES, ReadingMark, lobe_directions, lobe_svg};
 pub(crate) use page::{Page, document, write_file};
 pub(crate) use pattern::pattern_svg;
-pub(crate) use plot::{Axis, Plot, Scale, Series};
+pub(crate) use plot::{Plot, Scale, Series};
 pub(crate) use table::{Column, Compare, Highlight, Table, metric_columns, text};

@@ -4,15 +4,6 @@ use maud::{Markup, html};
 
 use super::svg::{COLORS, drawing, one_decimal, path_of};
 
-/// An axis of a plot.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Axis {
-    /// Title with the unit.
-    pub(crate) title: String,
-    /// Scale of values along the axis.
-    pub(crate) scale: Scale,
-}
-
 /// The scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Scale {
@@ -37,15 +28,15 @@ pub(crate) struct Series {
     pub(crate) points: Vec<[f64; 2]>,
 }
 
-/// A plot of several series over common axes.
+/// A plot of several series over common axes, the vertical one with a logarithmic scale. Titles of axes have the unit.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Plot {
     /// Title above the plot.
     pub(crate) title: String,
-    /// Horizontal axis.
-    pub(crate) x: Axis,
-    /// Vertical axis.
-    pub(crate) y: Axis,
+    /// Title and scale of the horizontal axis.
+    pub(crate) x: (String, Scale),
+    /// Title of the vertical axis.
+    pub(crate) y: String,
     /// Series in the order of the legend.
     pub(crate) series: Vec<Series>,
 }
@@ -153,18 +144,21 @@ impl Range {
 }
 
 impl Plot {
+    /// The scale of the vertical axis.
+    const Y: Scale = Scale::Log10;
+
     /// Draws the plot as an SVG, for a file or for embedding in a page.
     pub(crate) fn to_svg(&self) -> String {
         let points: Vec<Vec<[f64; 2]>> = self.series.iter().map(|one| self.points(one)).collect();
         let axis = |index: usize| points.iter().flatten().map(move |point| point[index]);
-        let x = Range::new(self.x.scale, axis(0), [LEFT, RIGHT]);
-        let y = Range::new(self.y.scale, axis(1), [BOTTOM, TOP]);
+        let x = Range::new(self.x.1, axis(0), [LEFT, RIGHT]);
+        let y = Range::new(Self::Y, axis(1), [BOTTOM, TOP]);
         // The legend is below the axes, where it does not cover any curve.
         let baselines = (0..).map(|line: u16| BOTTOM + 66.0 + LEGEND_LINE_HEIGHT * f32::from(line));
         let marks = html! {
             text.title.mid x=(WIDTH / 2.0) y="26" { (self.title) }
             (self.axes(&x, &y))
-            text.mid x=((LEFT + RIGHT) / 2.0) y=(BOTTOM + 40.0) { (self.x.title) }
+            text.mid x=((LEFT + RIGHT) / 2.0) y=(BOTTOM + 40.0) { (self.x.0) }
             @for ((series, points), baseline) in self.series.iter().zip(&points).zip(baselines) {
                 @let at: Vec<[f32; 2]> =
                     points.iter().map(|[a, b]| [x.position(*a), y.position(*b)]).collect();
@@ -192,14 +186,14 @@ impl Plot {
                 text.dim.end x=(LEFT - 7.0) y=(one_decimal(at + 4.0)) { (label) }
             }
             path.axis d=(format!("M{LEFT} {TOP}V{BOTTOM}H{RIGHT}")) {}
-            text.mid x="20" y=(middle) transform=(format!("rotate(-90 20 {middle})")) { (self.y.title) }
+            text.mid x="20" y=(middle) transform=(format!("rotate(-90 20 {middle})")) { (self.y) }
         }
     }
 
     /// Returns the coordinates of the points of a series.
     fn points(&self, series: &Series) -> Vec<[f64; 2]> {
         let coordinates =
-            |[x, y]: &[f64; 2]| Some([self.x.scale.coordinate(*x)?, self.y.scale.coordinate(*y)?]);
+            |[x, y]: &[f64; 2]| Some([self.x.1.coordinate(*x)?, Self::Y.coordinate(*y)?]);
         series.points.iter().filter_map(coordinates).collect()
     }
 }
@@ -225,10 +219,6 @@ mod tests {
 
     #[test]
     fn skips_points_without_coordinates() {
-        let axis = |scale| Axis {
-            title: "a & b".into(),
-            scale,
-        };
         let svg = |points: Vec<[f64; 2]>| {
             let series = Series {
                 name: "c".into(),
@@ -238,8 +228,8 @@ mod tests {
             };
             let plot = Plot {
                 title: "d".into(),
-                x: axis(Scale::Log2),
-                y: axis(Scale::Log10),
+                x: ("a & b".into(), Scale::Log2),
+                y: "a & b".into(),
                 series: vec![series],
             };
             plot.to_svg()

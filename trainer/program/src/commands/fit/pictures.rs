@@ -10,7 +10,7 @@ use glimpse_fitting::measurement::{
 use glimpse_materials::{Material, angles_of, luminance};
 
 use super::plane::{PlaneReading, plotted_theta_i};
-use crate::report::{Axis, Lobe, Plot, Scale, Series, lobe_directions, lobe_svg};
+use crate::report::{Lobe, Plot, Scale, Series, lobe_directions, lobe_svg};
 
 /// The largest number of readings in the plot of spectra, each with a color of its own.
 const MAX_PLOTTED: usize = 7;
@@ -77,14 +77,10 @@ fn spectra(report: &SpectrumReport) -> String {
             }
         })
     });
-    let axis = |title: &str, scale| Axis {
-        title: title.into(),
-        scale,
-    };
     let plot = Plot {
         title: "Spectra, by the angle from the mirror direction".into(),
-        x: axis("wavelength, nm", Scale::Linear),
-        y: axis("BRDF, sr\u{207b}\u{b9}", Scale::Log10),
+        x: ("wavelength, nm".into(), Scale::Linear),
+        y: "BRDF, sr\u{207b}\u{b9}".into(),
         series: series.collect(),
     };
     plot.to_svg()
