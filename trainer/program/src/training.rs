@@ -36,7 +36,7 @@ pub(crate) fn train_to_file(
         resume,
     };
     let steps = StepProgress::new("training", 0);
-    let mut on_progress = |progress: &TrainingProgress| {
+    let on_progress = &mut |progress: &TrainingProgress| {
         steps.show(progress);
         if interrupted() {
             ControlFlow::Break(())
@@ -44,13 +44,7 @@ pub(crate) fn train_to_file(
             ControlFlow::Continue(())
         }
     };
-    let outcome = train(
-        options,
-        data,
-        materials,
-        Some(&checkpoints),
-        &mut on_progress,
-    );
+    let outcome = train(options, data, materials, Some(&checkpoints), on_progress);
     drop(steps);
     let trained = match outcome {
         Err(TrainError::Stopped(done)) => bail!(

@@ -70,14 +70,13 @@ impl RecipeFile {
     /// # Errors
     /// Fails if the file cannot be read or is not a recipe.
     pub fn read(path: &Path) -> Result<Self, RecipeFileError> {
-        let bytes = read_at_most(path, MAX_BYTES).map_err(|source| RecipeFileError::Read {
-            path: path.into(),
-            source,
-        })?;
-        Self::new(bytes).map_err(|source| RecipeFileError::Damaged {
-            path: path.into(),
-            source,
-        })
+        let (bytes, path) = (read_at_most(path, MAX_BYTES), path.to_owned());
+        match bytes {
+            Ok(bytes) => {
+                Self::new(bytes).map_err(|source| RecipeFileError::Damaged { path, source })
+            }
+            Err(source) => Err(RecipeFileError::Read { path, source }),
+        }
     }
 
     /// Parses a recipe's bytes.

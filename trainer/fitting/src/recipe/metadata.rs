@@ -156,17 +156,13 @@ impl Training {
     /// Describes the schedule, the effort, and the trained parts unless they are all.
     #[must_use]
     pub fn describe_schedule(&self) -> String {
-        let TrainingOptions {
-            schedule,
-            effort,
-            parts,
-            ..
-        } = &self.options;
-        let parts = match parts {
+        let options = &self.options;
+        let parts = match options.parts {
             TrainedParts::All => "",
             TrainedParts::AllTwice => ", parts all-twice",
             TrainedParts::PatternOnly(_) => ", parts pattern-only",
         };
-        format!("{} {}{parts}", schedule.name(), effort.name())
+        let [schedule, effort] = [options.schedule.name(), options.effort.name()];
+        format!("{schedule} {effort}{parts}")
     }
 }

@@ -304,16 +304,17 @@ impl TrainingOptions {
         }
     }
 
+    /// Returns default options with the same model, n, schedule, effort and seed.
+    #[must_use]
+    pub fn defaults(&self) -> Self {
+        let (model, samples) = (self.model, self.samples);
+        Self::new(model, samples, self.schedule, self.effort, self.seed)
+    }
+
     /// Returns the options with the default of each that has no effect beside the others.
     #[must_use]
     pub fn normalized(&self) -> Self {
-        let plain = Self::new(
-            self.model,
-            self.samples,
-            self.schedule,
-            self.effort,
-            self.seed,
-        );
+        let plain = self.defaults();
         let mut options = match self.schedule {
             Schedule::Prior => Self {
                 parts: plain.parts.clone(),

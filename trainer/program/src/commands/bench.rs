@@ -41,7 +41,7 @@ pub(crate) struct Bench {
 }
 
 /// A line of the table.
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 struct Line {
     name: String,
     threads: usize,
@@ -65,12 +65,13 @@ impl Bench {
 
     fn measure(&self) -> Vec<Line> {
         let models = [ModelKind::Neural, ModelKind::Phong, ModelKind::CookTorrance];
-        let models = models.into_iter();
-        let models = models.filter(|model| self.model.is_none_or(|only| only == *model));
-        let works = models.filter_map(ModelKernels::of);
-        let works: Vec<_> = works
-            .flat_map(|kernels| WORKS.map(|work| (kernels, work)))
-            .collect();
+        let is_timed = |model: &ModelKind| self.model.is_none_or(|only| only == *model);
+        let kernels = models
+            .into_iter()
+            .filter(is_timed)
+            .filter_map(ModelKernels::of);
+        let works = kernels.flat_map(|kernels| WORKS.map(|work| (kernels, work)));
+        let works: Vec<_> = works.collect();
         let progress = StepProgress::new("timing", 2 + works.len());
         let threads = [1, rayon::current_num_threads()];
         let peaks = [false, true].map(|is_parallel| {
@@ -78,16 +79,13 @@ impl Bench {
             progress.increment();
             gflops
         });
-        let lines_of_peaks = threads
-            .into_iter()
-            .zip(peaks)
-            .map(|(threads, gflops)| Line {
-                name: format!("peak of {}", InstructionSet::detect().name()),
-                threads,
-                median_ms: None,
-                gflops: Some(gflops),
-                share_of_peak: None,
-            });
+        let lines_of_peaks = threads.into_iter().zip(peaks);
+        let lines_of_peaks = lines_of_peaks.map(|(threads, gflops)| Line {
+            name: format!("peak of {}", InstructionSet::detect().name()),
+            threads,
+            gflops: Some(gflops),
+            ..Line::default()
+        });
         let lines = works.into_iter().map(|(kernels, work)| {
             let seconds = work.measure(kernels, self.seconds);
             progress.increment();

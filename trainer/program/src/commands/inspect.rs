@@ -160,13 +160,7 @@ fn describe_options(options: &TrainingOptions) -> String {
         parts: options.parts.clone(),
         pattern: options.pattern.clone(),
         source_shares: options.source_shares.clone(),
-        ..TrainingOptions::new(
-            options.model,
-            options.samples,
-            options.schedule,
-            options.effort,
-            options.seed,
-        )
+        ..options.defaults()
     };
     let differences = options.differences(&defaults).into_iter();
     let texts = differences.map(|(name, value)| format!("{} {value}", Name(&name)));

@@ -66,10 +66,8 @@ impl Lock {
             // The previous holder may have removed the file between open and lock. Then the lock is
             // worthless, since other runs create a new file.
             if is_at(&file, &path) {
-                return Ok(Self {
-                    path,
-                    file: Some(file),
-                });
+                let file = Some(file);
+                return Ok(Self { path, file });
             }
         }
     }

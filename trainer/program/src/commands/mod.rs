@@ -83,11 +83,8 @@ pub(crate) fn load(source: &Source) -> anyhow::Result<Vec<Box<dyn Material>>> {
 /// unread parts of files, and skipped entries of a directory, on stderr.
 pub(crate) fn load_measured(source: &Source) -> anyhow::Result<Vec<Box<dyn Material>>> {
     // Before loading, which fails if all entries are skipped.
-    if let Some(skipped) = source
-        .skipped_entries()
-        .ok()
-        .filter(|skipped| !skipped.is_empty())
-    {
+    let skipped = source.skipped_entries().unwrap_or_default();
+    if !skipped.is_empty() {
         eprintln!(
             "skipped {} entries of {source}, a directory without material.json or a file without the ending of a format: {}",
             skipped.len(),

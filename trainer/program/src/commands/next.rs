@@ -107,10 +107,8 @@ impl Next {
                     "options of readings have no effect without --measurements: remove them"
                 );
                 let posterior = Posterior::new(&any.prior, &[]);
-                (
-                    posterior.context("the recipe's prior is not finite")?,
-                    Vec::new(),
-                )
+                let posterior = posterior.context("the recipe's prior is not finite")?;
+                (posterior, Vec::new())
             }
             Some(path) => {
                 // Also with readings that are unlike the others, which reduce the loss most.

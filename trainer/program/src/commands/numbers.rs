@@ -49,13 +49,8 @@ fn checked<T: FromStr>(
 
 /// Parses one number for all channels, or one for each channel.
 pub(crate) fn channels(text: &str) -> Result<[f32; 3], String> {
-    let number = |text: &str| {
-        text.trim()
-            .parse()
-            .ok()
-            .filter(|number: &f32| number.is_finite())
-    };
-    let numbers: Option<Vec<f32>> = text.split(',').map(number).collect();
+    let numbers = text.split(',').map(|number| finite(number.trim()));
+    let numbers: Result<Vec<f32>, String> = numbers.collect();
     match numbers.unwrap_or_default()[..] {
         [one] => Ok([one; 3]),
         [r, g, b] => Ok([r, g, b]),
@@ -65,12 +60,11 @@ pub(crate) fn channels(text: &str) -> Result<[f32; 3], String> {
 
 /// Parses one reflectance for all channels, or one for each channel, above 0 and at most 2.
 pub(crate) fn reflectances(text: &str) -> Result<[f32; 3], String> {
-    let reflectances = channels(text).ok();
-    reflectances
-        .filter(|channels| channels.iter().all(|value| *value > 0.0 && *value <= 2.0))
-        .ok_or_else(|| {
-            "give one number above 0 and at most 2, or three separated by commas".to_owned()
-        })
+    let is_valid = |value: &f32| *value > 0.0 && *value <= 2.0;
+    match channels(text) {
+        Ok(reflectances) if reflectances.iter().all(is_valid) => Ok(reflectances),
+        _ => Err("give one number above 0 and at most 2, or three separated by commas".to_owned()),
+    }
 }
 
 /// Returns a parser of a number within a range.

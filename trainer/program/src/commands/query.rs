@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 use glimpse_fitting::measurement::{AngleArgs, AngleRow, AngleTable};
-use glimpse_materials::{Convention, Material, Source};
+use glimpse_materials::{Convention, Source};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -58,12 +58,9 @@ pub(crate) struct Query {
     json: bool,
 }
 
-/// The BRDF of a material at all rows of a table of angles; 0 where a direction is not above the horizon, NaN where it is
+/// The name of a material, and its BRDF at all rows of a table of angles; 0 where a direction is not above the horizon, NaN where it is
 /// unknown.
-struct MaterialValues<'a> {
-    material: &'a str,
-    brdf: Vec<[f32; 3]>,
-}
+type MaterialValues<'a> = (&'a str, Vec<[f32; 3]>);
 
 impl Query {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
@@ -73,17 +70,13 @@ impl Query {
         }
         let table = AngleTable::read(&self.angles, &self.angle_args)?;
         let materials = load_measured(&self.source)?;
-        let evaluate = |material: &dyn Material| -> Vec<[f32; 3]> {
-            let rows = table.rows.par_iter();
-            rows.map(|row| {
-                row.angles
-                    .map_or([0.0; 3], |angles| material.at_angles(angles))
-            })
-            .collect()
-        };
-        let values = materials.iter().map(|material| MaterialValues {
-            material: material.name(),
-            brdf: evaluate(&**material),
+        let values = materials.iter().map(|material| {
+            let at = |angles| material.at_angles(angles);
+            let brdf = table
+                .rows
+                .par_iter()
+                .map(|row| row.angles.map_or([0.0; 3], at));
+            (material.name(), brdf.collect())
         });
         let values: Vec<MaterialValues<'_>> = values.collect();
         let text = match self.json {
@@ -105,7 +98,7 @@ fn to_csv(values: &[MaterialValues<'_>], table: &AngleTable) -> anyhow::Result<S
     let colors = ["r", "g", "b"].map(owned).into_iter();
     let header = name("material").chain(table.columns.iter().copied().map(owned));
     csv.write_record(header.chain(colors))?;
-    for MaterialValues { material, brdf } in values {
+    for (material, brdf) in values {
         for (row, rgb) in table.rows.iter().zip(brdf) {
             let values = rgb.map(|value| match value.is_nan() {
                 true => String::new(),
@@ -134,7 +127,7 @@ fn to_json(values: &[MaterialValues<'_>], table: &AngleTable) -> Value {
         object["brdf"] = json!(rgb);
         object
     };
-    let material = |MaterialValues { material, brdf }: &MaterialValues<'_>| {
+    let material = |(material, brdf): &MaterialValues<'_>| {
         let rows = table.rows.iter().zip(brdf).map(|(at, rgb)| row(at, rgb));
         json!({ "name": material, "rows": rows.collect::<Vec<_>>() })
     };

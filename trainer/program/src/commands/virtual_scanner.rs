@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
 use clap::Args;
-use glimpse_core::scan::Evidence;
 use glimpse_fitting::recipe::ReadingNoise;
 use glimpse_fitting::scanner::{self, ScanReport, ScannerError};
 use glimpse_materials::basis::BasisTable;
@@ -141,13 +140,11 @@ impl VirtualScanner {
             Some(part) => format!(", {name} {:.1} %", 100.0 * part),
             None => format!(", {name} not checked"),
         };
-        let Evidence {
-            dark,
-            drift,
-            restored,
-        } = residual.evidence;
-        let mut evidence = percent("light with the lamp off", dark) + &percent("drift", drift);
-        if restored > 0 {
+        let checks = &residual.evidence;
+        let dark = percent("light with the lamp off", checks.dark);
+        let mut evidence = dark + &percent("drift", checks.drift);
+        if checks.restored > 0 {
+            let restored = checks.restored;
             evidence += &format!(", {restored} readings from before a restart of the device");
         }
         print(&format!(

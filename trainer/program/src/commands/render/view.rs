@@ -205,12 +205,9 @@ fn add_measured(scan: &mut RecipeScan, given: &NamedRecipe, file: &Path) -> anyh
         return Ok(());
     }
     let fit = MaterialFit::new(readings, scan.name.clone(), false).with_context(context)?;
-    let Selection {
-        readings,
-        posterior,
-        ..
-    } = &fit.selection;
-    let next = given.next(&MachineArgs::default(), (posterior, &readings.pattern()), 1)?;
+    let readings = &fit.selection.readings;
+    let so_far = (&fit.selection.posterior, &readings.pattern()[..]);
+    let next = given.next(&MachineArgs::default(), so_far, 1)?;
     scan.next = next.first().map(|proposal| proposal.angles);
     (scan.recipe, scan.basis) = (given.continuing().file, None);
     scan.samples.clone_from(&readings.samples);
