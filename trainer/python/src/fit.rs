@@ -65,7 +65,7 @@ impl PyFittedMaterial {
     pub(crate) fn require_plausible(fitted: Bound<'_, Self>) -> Result<Bound<'_, Self>> {
         let fit = &fitted.get().fit;
         let Err(failure) = fit.check_plausible() else {
-            if let Some(doubt) = fit.selection.readings.doubt {
+            if let Some(doubt) = fit.doubt {
                 warn(fitted.py(), doubt.to_string())?;
             }
             return Ok(fitted);

@@ -12,8 +12,9 @@ use std::fmt;
 
 use super::angles::{above_horizon, to_directions};
 use super::conventions::{AngleArgs, AngleConvention, AngleUnit};
+use super::outliers::{OutlierKind, Outliers};
 use super::quantity::{Conversion, Multiple, ReadingQuantity};
-use super::table::TableError;
+use super::readings::Readings;
 use crate::choice::Choice;
 use crate::linear::{DEFAULT_NOISE, Evidence, MaterialPrior};
 
@@ -117,34 +118,54 @@ impl fmt::Display for Doubt {
 }
 
 /// A reading of a file: its row, its sample and its directions.
-pub(super) type Placed = (usize, usize, Angles<f64>);
+type Placed = (usize, usize, Angles<f64>);
 
 /// The conversion of a file's rows, and the prior that judges it.
-pub(super) struct Comparison<'a> {
-    pub(super) conversion: &'a Conversion<'a>,
-    pub(super) prior: &'a MaterialPrior,
+struct Comparison<'a> {
+    conversion: Conversion<'a>,
+    prior: &'a MaterialPrior,
 }
 
-impl Comparison<'_> {
-    /// Returns the alternative whose evidence exceeds its minimum most; None if there is none.
-    ///
-    /// # Errors
-    /// If a row is not a valid reading.
-    pub(super) fn doubt(&self, stated: &[Placed]) -> Result<Option<Doubt>, TableError> {
-        let rows = self.conversion.rows;
+impl Doubt {
+    /// Finds the alternative whose evidence exceeds its minimum most; None if there is none. Wrong readings do not count,
+    /// unless they are where a mirror direction on the other side would be.
+    pub(super) fn find(readings: &Readings, outliers: &Outliers) -> Option<Self> {
+        let rows = &readings.rows;
+        let placed = rows.readings.iter().zip(&readings.of_rows).enumerate();
+        let placed = placed.filter(|(_, (row, sample))| {
+            let mut sets = outliers.sets.iter().filter(|set| set.is_excluded);
+            let is_wrong = sets
+                .any(|set| set.kind != OutlierKind::Obstructed && set.samples.contains(*sample));
+            !row.saturated && !is_wrong
+        });
+        let placed = placed.map(|(index, (row, sample))| {
+            let own = readings.samples[*sample].angles.map(f64::from);
+            (index, *sample, row.angles.unwrap_or(own))
+        });
+        let stated: Vec<Placed> = placed.collect();
+        let comparison = Comparison {
+            conversion: Conversion::new(rows, &readings.quantity, &readings.pattern()).ok()?,
+            prior: &readings.recipe.prior,
+        };
         let args = &rows.angle_args;
-        let mut alternatives = vec![
-            Alternative::Convention(AngleConvention::Elevation),
-            Alternative::Convention(AngleConvention::FromMirror),
-            Alternative::Convention(AngleConvention::Exchanged),
-        ];
-        if args.unit.is_none() {
-            alternatives.push(Alternative::Unit(AngleUnit::Radians));
+        let mut alternatives = Vec::new();
+        // The directions of a recipe's samples are known.
+        if readings.noise.is_some() {
+            alternatives.extend([
+                Alternative::Convention(AngleConvention::Elevation),
+                Alternative::Convention(AngleConvention::FromMirror),
+                Alternative::Convention(AngleConvention::Exchanged),
+            ]);
+            alternatives.extend(
+                args.unit
+                    .is_none()
+                    .then_some(Alternative::Unit(AngleUnit::Radians)),
+            );
         }
         // A highlight alone may have any magnitude.
         let is_off_highlight = |(_, _, at): &Placed| is_off_highlight(at.map(|angle| angle as f32));
         let mut base = Multiple::Brdf;
-        if let ReadingQuantity::Values(multiple, _) = self.conversion.quantity
+        if let ReadingQuantity::Values(multiple, _) = &readings.quantity
             && stated.iter().any(is_off_highlight)
         {
             base = *multiple;
@@ -156,43 +177,35 @@ impl Comparison<'_> {
                 .filter(|other| *other != base && (*other != Multiple::Srgb || may_be_encoded));
             alternatives.extend(others.map(Alternative::Quantity));
         }
-        let mut best: Option<(f64, Doubt)> = None;
-        for alternative in alternatives {
-            let Some((evidence, count)) = self.evidence(alternative, stated)? else {
-                continue;
-            };
+        let doubts = alternatives.into_iter().filter_map(|alternative| {
+            let (evidence, count) = comparison.evidence(alternative, &stated)?;
             let excess = evidence - alternative.min_evidence(base) - MIN_EVIDENCE / count;
-            let doubt = Doubt {
+            let doubt = Self {
                 alternative,
                 evidence,
                 is_removed: matches!(alternative, Alternative::Convention(one) if args.has(one)),
                 is_refused: excess > REFUSED,
             };
-            if excess > best.as_ref().map_or(0.0, |(largest, _)| *largest) {
-                best = Some((excess, doubt));
-            }
-        }
-        Ok(best.map(|(_, doubt)| doubt))
+            (excess > 0.0).then_some((excess, doubt))
+        });
+        let best = doubts.max_by(|(one, _), (other, _)| one.total_cmp(other));
+        best.map(|(_, doubt)| doubt)
     }
+}
 
+impl Comparison<'_> {
     /// Returns the evidence per reading of an alternative over the stated reading, and the number of compared readings. None if
     /// it cannot be meant, or there are too few.
-    fn evidence(
-        &self,
-        alternative: Alternative,
-        stated: &[Placed],
-    ) -> Result<Option<(f64, f64)>, TableError> {
+    fn evidence(&self, alternative: Alternative, stated: &[Placed]) -> Option<(f64, f64)> {
         let mut other = stated.to_vec();
         if !matches!(alternative, Alternative::Quantity(_)) {
             let args = alternative.angle_args(&self.conversion.rows.angle_args);
-            let Some(reread) = self.conversion.rows.reread(&args) else {
-                return Ok(None);
-            };
+            let reread = self.conversion.rows.reread(&args)?;
             for ((row, _, angles), stated) in other.iter_mut().zip(stated) {
                 *angles = reread[*row].unwrap_or(stated.2);
             }
             if other == stated {
-                return Ok(None);
+                return None;
             }
         }
         let pairs = stated.iter().zip(&other);
@@ -200,7 +213,7 @@ impl Comparison<'_> {
         let pairs: Vec<_> = pairs.collect();
         let [fewest, most] = READINGS;
         if pairs.len() < fewest {
-            return Ok(None);
+            return None;
         }
         let step = pairs.len().div_ceil(most);
         let (stated, other): (Vec<Placed>, Vec<Placed>) = pairs
@@ -215,27 +228,22 @@ impl Comparison<'_> {
             (_, stated) => stated.clone(),
         };
         let conversion = self.conversion.of(&quantity);
-        let stated_density = self.density(self.conversion, &stated)?;
-        let density = self.density(&conversion, &other)?;
-        let ratio = density.zip(stated_density);
+        let ratio = self.density(&conversion, &other)? - self.density(&self.conversion, &stated)?;
         let count = stated.len() as f64;
-        Ok(ratio.map(|(one, other)| ((one - other) / count, count)))
+        Some((ratio / count, count))
     }
 
     /// Returns the logarithm of the density of the numbers of rows.
-    fn density(
-        &self,
-        conversion: &Conversion<'_>,
-        placed: &[Placed],
-    ) -> Result<Option<f64>, TableError> {
+    fn density(&self, conversion: &Conversion<'_>, placed: &[Placed]) -> Option<f64> {
         let (mut brdf, mut slopes, mut directions, mut noise) =
             (Vec::new(), 0.0, Vec::new(), Vec::new());
         let rows = conversion.rows;
         for (row, sample, angles) in placed {
             let row = &rows.readings[*row];
             let at = to_directions(*angles);
-            let convert = |numbers: [f32; 3]| -> Result<[f32; 3], TableError> {
-                Ok(conversion.to_brdf(row, *sample, &at, numbers)?.brdf)
+            let convert = |numbers: [f32; 3]| {
+                let reading = conversion.to_brdf(row, *sample, &at, numbers);
+                reading.ok().map(|reading| reading.brdf)
             };
             let numbers = rows.rgb(row);
             let steps = numbers.map(|number| 1e-2 * number.abs().max(1e-4));
@@ -257,8 +265,8 @@ impl Comparison<'_> {
             noise.push(stated.unwrap_or(DEFAULT_NOISE).max(DEFAULT_NOISE));
         }
         let evidence = Evidence::new(self.prior, directions, &noise);
-        let density = evidence.map(|evidence| evidence.log_density(&brdf) + slopes);
-        Ok(density.filter(|density| density.is_finite()))
+        let density = evidence?.log_density(&brdf) + slopes;
+        Some(density).filter(|density| density.is_finite())
     }
 }
 

@@ -33,6 +33,8 @@ pub struct MaterialFit {
     pub selection: Selection,
     /// The residual at the used readings.
     pub residual: Residual,
+    /// Another way to read the file that explains it better; None if there is none.
+    pub doubt: Option<Doubt>,
     /// The predicted loss: by the recipe, or else by the posterior of the readings.
     pub prediction: LossPrediction,
 }
@@ -176,6 +178,7 @@ impl MaterialFit {
         };
         residual.implausible = residual.implausible.filter(is_known);
         Ok(Self {
+            doubt: Doubt::find(readings, &selection.outliers),
             prediction: prediction.unwrap_or_else(|| selection.posterior.loss(material.fitted())),
             material,
             selection,
@@ -189,8 +192,7 @@ impl MaterialFit {
     /// [`FitFailure::Misread`] if another way to read them explains them far better, [`FitFailure::Implausible`] if they are
     /// unlikely to come from a material.
     pub fn check_plausible(&self) -> Result<(), FitFailure> {
-        let doubt = self.selection.readings.doubt;
-        if let Some(doubt) = doubt.filter(|doubt| doubt.is_refused) {
+        if let Some(doubt) = self.doubt.filter(|doubt| doubt.is_refused) {
             return Err(FitFailure::Misread(doubt));
         }
         let reason = self.residual.implausible;

@@ -7,14 +7,13 @@ use glimpse_core::gonio::Repeated;
 use glimpse_materials::setting::Name;
 use serde::Serialize;
 
-use super::alternatives::{Comparison, Doubt};
 use super::angles::to_directions;
 use super::clipping::clipped_rows;
 use super::noise::NoiseSummary;
 use super::placement::AngularDistance;
 use super::quantity::{Conversion, ReadingQuantity};
 use super::recipe::NamedRecipe;
-use super::rows::{LabReading, ReadingRows};
+use super::rows::ReadingRows;
 use super::table::TableError;
 
 /// The status of a sample's reading in a fit.
@@ -108,8 +107,8 @@ pub struct Readings {
     pub rows: ReadingRows,
     /// The quantity of their numbers.
     pub quantity: ReadingQuantity,
-    /// Another way to read the file that explains it better; None if there is none.
-    pub doubt: Option<Doubt>,
+    /// The sample of each row.
+    pub(super) of_rows: Vec<usize>,
     /// The largest distance of a row's directions from its sample's; None if no row has directions of a pattern.
     pub max_distance: Option<AngularDistance>,
 }
@@ -193,19 +192,6 @@ impl Readings {
         for (sample, deviation) in samples.iter_mut().zip(&deviations) {
             sample.noise = *deviation;
         }
-        let placed = rows.readings.iter().zip(&placement.of_rows).enumerate();
-        // Zeros are no evidence: lamp and sensor may be in each other's way.
-        let is_light = |row: &LabReading| row.numbers.iter().any(|number| *number > 0.0);
-        let placed = placed.filter(|(_, (row, _))| !row.saturated && is_light(row));
-        let placed = placed.map(|(index, (row, sample))| {
-            let own = placement.directions[*sample].map(f64::from);
-            (index, *sample, row.angles.unwrap_or(own))
-        });
-        let comparison = Comparison {
-            conversion: &conversion,
-            prior: &given.prior,
-        };
-        let doubt = comparison.doubt(&placed.collect::<Vec<_>>())?;
         let recipe = if has_pattern {
             given.clone()
         } else {
@@ -220,7 +206,7 @@ impl Readings {
             max_distance: placement.max_distance,
             rows,
             quantity,
-            doubt,
+            of_rows: placement.of_rows,
         })
     }
 

@@ -153,7 +153,7 @@ impl FitReport {
                 furthest_degrees: readings.max_distance.map(|distance| distance.degrees),
                 table: readings.rows.summary.clone(),
             },
-            doubt: readings.doubt,
+            doubt: fit.doubt,
             readings: ReadingSummary::new(fit),
             noise: readings.noise,
             gaps: Gaps::new(fit),

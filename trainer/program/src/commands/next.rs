@@ -113,11 +113,10 @@ impl Next {
             Some(path) => {
                 // Also with readings that are unlike the others, which reduce the loss most.
                 let fit = self.readings.fit(&any, self.readings.rows(path)?, true)?;
-                let readings = &fit.selection.readings;
-                if let Some(doubt) = readings.doubt {
+                if let Some(doubt) = fit.doubt {
                     eprintln!("{}: {doubt}", path.display());
                 }
-                let measured = readings.pattern();
+                let measured = fit.selection.readings.pattern();
                 (fit.selection.posterior, measured)
             }
         };

@@ -79,7 +79,7 @@ fn alternative_explains_a_misread_file() {
     ];
     for (angles, alpha, row, expected) in files {
         let fit = fit(angles, (alpha, &plane), row);
-        let doubt = fit.selection.readings.doubt;
+        let doubt = fit.doubt;
         assert_eq!(doubt.map(|doubt| doubt.alternative), expected);
         let is_misread = matches!(fit.check_plausible(), Err(FitFailure::Misread(_)));
         assert_eq!(is_misread, doubt.is_some_and(|doubt| doubt.is_refused));
@@ -92,6 +92,6 @@ fn narrow_lobe_near_the_normal_is_plausible() {
     let pairs = [1.5, 1.0, 0.5, 0.0, -0.5, -1.0, -1.5].map(|theta_o| [1.0, theta_o]);
     let angles = "theta_i (deg),theta_o (deg)";
     let fit = fit(angles, (0.05, &pairs), |[i, o], f| (vec![i, o], f));
-    assert_eq!(fit.selection.readings.doubt, None);
+    assert_eq!(fit.doubt, None);
     assert_eq!(fit.check_plausible(), Ok(()));
 }
