@@ -111,7 +111,7 @@ impl TableAngles {
         });
         let (kind, largest, option) = if polar > 0.0 && polar <= FRAC_PI_2 && azimuth <= TAU {
             ("angles", polar.max(azimuth), "--unit")
-        } else if azimuth > 0.0 && azimuth <= TAU {
+        } else if azimuth.fract() != 0.0 && azimuth <= TAU {
             ("azimuths", azimuth, "--azimuth-unit")
         } else {
             return Ok(Some(Self { format, rows }));
