@@ -7,11 +7,11 @@
 
 use std::fmt::Write;
 
+use clap::ValueEnum;
 use glimpse_core::geometry::{Directions, HalfDifference};
 use glimpse_evaluation::conversion::OutputFormat;
 use glimpse_evaluation::metrics::Metrics;
 use glimpse_evaluation::shading::{Shading, fit};
-use glimpse_fitting::choice::Choice;
 use glimpse_materials::{Brdf, Source};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -21,9 +21,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let materials = Source(material.clone()).load()?;
     let material = materials.first().ok_or("the source is empty")?;
-    let mut formats = OutputFormat::ALL.into_iter();
-    let format = formats.find(|format| format.name() == *model);
-    let Some(OutputFormat::Shading(model)) = format else {
+    let format = OutputFormat::from_str(model, false);
+    let Ok(OutputFormat::Shading(model)) = format else {
         return Err(format!("{model} is not a shading model").into());
     };
     let shading = match share.first() {

@@ -22,12 +22,11 @@ fn brdf(alpha: f64, [theta_i, theta_o]: [f64; 2]) -> [f64; 3] {
     [0.3, 0.12, 0.05].map(|albedo| albedo / PI + lobe)
 }
 
-/// Fits a file. `row` returns the angles and the numbers of a row, of a pair of angles and its BRDF.
-fn fit(
-    angles: &str,
-    (alpha, pairs): (f64, &[[f64; 2]]),
-    row: fn([f64; 2], [f64; 3]) -> (Vec<f64>, [f64; 3]),
-) -> MaterialFit {
+/// Returns the angles and the numbers of a row, of a pair of angles and its BRDF.
+type Row = fn([f64; 2], [f64; 3]) -> (Vec<f64>, [f64; 3]);
+
+/// Fits a file.
+fn fit(angles: &str, (alpha, pairs): (f64, &[[f64; 2]]), row: Row) -> MaterialFit {
     let rows_of_file = pairs.iter().map(|pair| {
         let (angles, numbers) = row(*pair, brdf(alpha, *pair));
         let cells = angles.iter().chain(&numbers);
@@ -48,8 +47,6 @@ fn alternative_explains_a_misread_file() {
     fn phi(theta_o: f64) -> f64 {
         if theta_o > 0.0 { 180.0 } else { 0.0 }
     }
-    type Row = fn([f64; 2], [f64; 3]) -> (Vec<f64>, [f64; 3]);
-
     let plane = SENSOR.map(|theta_o| [45.0, theta_o]);
     let (in_plane, all) = ("theta_i,theta_o", "theta_i,phi_i,theta_o,phi_o");
     let opposite = Some(Alternative::Convention(AngleConvention::FromMirror));
