@@ -127,15 +127,16 @@ struct Comparison<'a> {
 }
 
 impl Doubt {
-    /// Finds the alternative whose evidence exceeds its minimum most; None if there is none. Wrong readings do not count,
-    /// unless they are where a mirror direction on the other side would be.
+    /// Finds the alternative whose evidence exceeds its minimum most; None if there is none. Zeros and clipped numbers
+    /// do not count; other outliers may be due to the reading.
     pub(super) fn find(readings: &Readings, outliers: &Outliers) -> Option<Self> {
         let rows = &readings.rows;
         let placed = rows.readings.iter().zip(&readings.of_rows).enumerate();
         let placed = placed.filter(|(_, (row, sample))| {
             let mut sets = outliers.sets.iter().filter(|set| set.is_excluded);
-            let is_wrong = sets
-                .any(|set| set.kind != OutlierKind::Obstructed && set.samples.contains(*sample));
+            let kinds = [OutlierKind::NoLight, OutlierKind::Clipped];
+            let is_wrong =
+                sets.any(|set| kinds.contains(&set.kind) && set.samples.contains(*sample));
             !row.saturated && !is_wrong
         });
         let placed = placed.map(|(index, (row, sample))| {
