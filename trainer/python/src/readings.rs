@@ -119,7 +119,7 @@ impl<'py> ReadingArgs<'py> {
             let reason = match &*name {
                 "saturated" | "noise" | "wavelengths" => "the file of readings states it",
                 "quantity" => "the readings are counts with white",
-                "ignore" | "convention" | "unit" | "azimuth_unit" => "it concerns a file",
+                "ignore" | "convention" | "unit" | "azimuth_unit" => "change the arrays instead",
                 "white_directions" | "footprint" | "dark" | "white_reflectance" | "saturation" => {
                     "it requires white, the counts of a white reference"
                 }
