@@ -141,7 +141,7 @@ impl<'a> Method<'a> {
                 Some(reader.posterior_reading(*angles, brdf))
             });
             let samples: Vec<Option<PosteriorReading>> = samples.collect();
-            let present: Vec<PosteriorReading> = samples.iter().flatten().copied().collect();
+            let present: Vec<PosteriorReading> = samples.iter().flatten().cloned().collect();
             let posterior = Posterior::new(&named.prior, &present);
             let posterior = posterior.ok_or(Error::new(ErrorCode::Diverged))?;
             let mut read = |index, _| Some(samples.get(usize::from(index))?.as_ref()?.brdf);

@@ -1,5 +1,6 @@
 //! Components of materials at any directions: the posterior of readings, proposals of directions, and files of bases.
 
+mod aperture;
 mod compact;
 mod components_at;
 mod evidence;
@@ -11,6 +12,7 @@ mod posterior;
 mod prior;
 mod uncertainty;
 
+pub use aperture::Aperture;
 pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES, HOST_NODES, to_compact_bytes, to_host_bytes};
 pub use components_at::{ComponentsAt, add_scaled, bounded_precision, dot};
 pub(crate) use evidence::Evidence;

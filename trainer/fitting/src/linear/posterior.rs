@@ -18,6 +18,7 @@ use glimpse_materials::basis::{BasisTable, Kernels};
 use nalgebra::{Cholesky, DMatrix};
 use rayon::prelude::*;
 
+use super::aperture::Aperture;
 use super::inverse::inverse;
 use super::prior::{
     DIFFERENCE_SHARE, LENGTHS, MaterialPrior, PriorAt, SHARES, SparseColumns, VARIANCE, dense,
@@ -34,12 +35,14 @@ pub const DEFAULT_NOISE: f32 = 0.02;
 /// of exact readings would be singular. A smaller one is raised to it.
 pub const MIN_NOISE: f32 = 1e-3;
 
-/// A reading at any direction.
-#[derive(Clone, Copy, Debug)]
+/// A reading at any direction, or with any aperture.
+#[derive(Clone, Debug)]
 pub struct PosteriorReading {
-    /// The direction, in radians.
+    /// The direction, in radians, or that in the middle of the aperture.
     pub angles: Angles<f32>,
-    /// The BRDF in linear RGB, sr^-1, not times the cosine.
+    /// The aperture; None for a reading exactly at the direction.
+    pub aperture: Option<Arc<Aperture>>,
+    /// The BRDF in linear RGB, sr^-1, not times the cosine, or its mean over the aperture.
     pub brdf: [f32; 3],
     /// The standard deviation of its noise, relative to the reading.
     pub noise: f32,
@@ -51,6 +54,7 @@ impl PosteriorReading {
     pub fn new(angles: Angles<f32>, brdf: [f32; 3]) -> Self {
         Self {
             angles,
+            aperture: None,
             brdf,
             noise: DEFAULT_NOISE,
         }

@@ -1,57 +1,267 @@
-//! The directions of common instruments.
+//! Instruments with apertures of a standard: gloss meters, spheres, and hand-held colorimeters.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
 
 use clap::ValueEnum;
 use glimpse_core::geometry::Angles;
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
 
-use super::angles::{above_horizon, from_spherical};
+use super::angles::{above_horizon, rusinkiewicz, vector};
+use crate::linear::Aperture;
 
-/// An instrument whose directions are fixed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+/// An instrument, as the column `instrument` names it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub enum Instrument {
-    /// A handheld multi-angle instrument: the light at 45 degrees, and six aspecular angles (ASTM E2539).
+    /// A gloss meter at 20 degrees (ISO 2813, ASTM D523).
+    #[value(name = "gloss-20")]
+    Gloss20,
+    /// A gloss meter at 60 degrees.
+    #[value(name = "gloss-60")]
+    Gloss60,
+    /// A gloss meter at 85 degrees.
+    #[value(name = "gloss-85")]
+    Gloss85,
+    /// A sphere d:8, specular reflection included.
+    Sci,
+    /// A sphere d:8, specular reflection excluded by a trap of 5 degrees around it.
+    Sce,
+    /// Light at 45 degrees, from one side or all, and the sensor at the normal, each in a cone of 10 degrees (CIE 15).
+    #[value(name = "45:0")]
+    #[serde(rename = "45:0")]
+    Light45,
+    /// Light at the normal, and the sensor at 45 degrees.
+    #[value(name = "0:45")]
+    #[serde(rename = "0:45")]
+    Sensor45,
+    /// A multi-angle instrument (ASTM E2194, E2539), whose directions are in further columns.
     MultiAngle,
-    /// The same, and specular gloss at 20, 60 and 80 degrees.
-    MultiAngleGloss,
-    /// A goniometer's line in the plane of incidence: the light at 45 degrees, and the sensor from -80 to 80.
-    InPlane,
-    /// Five such lines, with the light at 5, 20, 40, 60 and 75 degrees.
-    FiveLines,
 }
 
+/// Where a reading is taken: exactly at directions, or with an aperture around them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Geometry {
+    /// The directions, or those in the middle of the aperture, angles in radians.
+    pub angles: Angles<f32>,
+    /// The aperture; None for exact directions.
+    pub aperture: Option<Arc<Aperture>>,
+}
+
+/// The index of refraction of the black glass that has 100 gloss units.
+const BLACK_GLASS: f64 = 1.567;
+/// The full angles of a gloss meter's source, in the plane of incidence and across it, degrees (ISO 2813).
+const SOURCE: [f64; 2] = [0.75, 2.5];
+/// The light's polar angle in a sphere d:8, by reciprocity, and half the angle of its trap, degrees.
+const SPHERE: [f64; 2] = [8.0, 5.0];
+/// The polar angle at which the sphere's sensor is placed for the estimate of a point, degrees.
+const SPHERE_SENSOR: f64 = 45.0;
+/// The numbers of nodes of a quadrature: along the plane of incidence or the angle from the mirror direction, and across
+/// or around it on one side of the plane. An isotropic material is the same on the other.
+///
+/// With GGX lobes of roughness 0.01 to 0.3, gloss and sphere are within 1 % of Monte Carlo integrals over source and receptor.
+const NODES: [usize; 2] = [17, 8];
+/// The degree by which nodes are denser around the mirror direction, for a gloss meter and a sphere.
+const DENSITY: [f64; 2] = [5.0, 6.0];
+
 impl Instrument {
-    /// Returns the directions: theta_i, and theta_o, which is positive on the side of the mirror direction, in degrees.
-    fn degrees(self) -> Vec<[f64; 2]> {
-        let line = |theta_i: f64| {
-            let sensor = (-16..=16).map(|step| f64::from(5 * step));
-            // The sensor cannot be in front of the light.
-            let free = sensor.filter(move |theta_o| (theta_i + theta_o).abs() >= 4.0);
-            free.map(move |theta_o| [theta_i, theta_o])
-        };
-        match self {
-            Self::MultiAngle => [60.0, 30.0, 20.0, 0.0, -30.0, -65.0]
-                .map(|o| [45.0, o])
-                .into(),
-            Self::MultiAngleGloss => {
-                let gloss = [20.0, 60.0, 80.0].map(|theta| [theta, theta]);
-                [Self::MultiAngle.degrees(), gloss.into()].concat()
-            }
-            Self::InPlane => line(45.0).collect(),
-            Self::FiveLines => [5.0, 20.0, 40.0, 60.0, 75.0]
-                .into_iter()
-                .flat_map(line)
-                .collect(),
-        }
+    /// Returns the polar angle of a gloss meter, and the full angles of its receptor in the plane of incidence and across it,
+    /// degrees; None for other instruments.
+    fn gloss(self) -> Option<(f64, [f64; 2])> {
+        Some(match self {
+            Self::Gloss20 => (20.0, [1.8, 3.6]),
+            Self::Gloss60 => (60.0, [4.4, 11.7]),
+            Self::Gloss85 => (85.0, [4.0, 6.0]),
+            _ => return None,
+        })
     }
 
-    /// Returns the directions with both arms displaced by an angle in degrees. Those below the horizon are omitted.
+    /// Returns the mean BRDF over the aperture for one gloss unit; None for other instruments.
+    ///
+    /// The number is 100 times the reflected flux in the receptor, relative to that of black glass, which is its Fresnel
+    /// reflectance times the light: 100 / R(theta) times the integral of f cos(theta_o).
     #[must_use]
-    pub fn directions(self, displacement: f64) -> Vec<Angles<f32>> {
-        let degrees = self.degrees().into_iter();
-        let angles = degrees.filter_map(|[theta_i, theta_o]| {
-            let [theta_i, theta_o] =
-                [theta_i, -theta_o].map(|theta| (theta + displacement).to_radians());
-            above_horizon(from_spherical([theta_i, 0.0, theta_o, 0.0]))
-        });
-        angles.collect()
+    pub fn brdf_of_gloss_unit(self) -> Option<f64> {
+        let (theta, receptor) = self.gloss()?;
+        let nodes = gloss_nodes(theta, receptor);
+        let integral: f64 = nodes.iter().map(|(_, weight)| weight).sum();
+        Some(0.01 * fresnel(theta.to_radians()) / integral)
     }
+
+    /// Returns the geometry of a reading; None for an instrument whose directions are its rows'.
+    #[must_use]
+    pub fn geometry(self) -> Option<Geometry> {
+        let to = |theta: f64, phi: f64| vector(theta.to_radians(), phi.to_radians());
+        let [sphere, trap] = SPHERE;
+        let (light, sensor, nodes) = match self {
+            Self::Gloss20 | Self::Gloss60 | Self::Gloss85 => {
+                let (theta, receptor) = self.gloss()?;
+                let nodes = gloss_nodes(theta, receptor);
+                (to(theta, 0.0), to(theta, 180.0), nodes)
+            }
+            Self::Sci => (to(sphere, 0.0), to(SPHERE_SENSOR, 90.0), sphere_nodes(0.0)),
+            Self::Sce => (to(sphere, 0.0), to(SPHERE_SENSOR, 90.0), sphere_nodes(trap)),
+            Self::Light45 => return Geometry::new(to(45.0, 0.0), to(0.0, 0.0), [10.0; 2]),
+            Self::Sensor45 => return Geometry::new(to(0.0, 0.0), to(45.0, 0.0), [10.0; 2]),
+            Self::MultiAngle => return None,
+        };
+        let pairs = nodes.into_iter();
+        let pairs = pairs.map(|(sensor, weight)| (light, sensor, weight));
+        Geometry::of_nodes([light, sensor], pairs, self.gloss().is_some())
+    }
+}
+
+impl Geometry {
+    /// Returns the geometry of light and sensor in cones of these full angles in degrees, up to 0 for an exact direction; None
+    /// if a direction is not above the horizon.
+    #[must_use]
+    pub fn new(light: [f64; 3], sensor: [f64; 3], spread: [f64; 2]) -> Option<Self> {
+        if spread == [0.0; 2] {
+            let angles = above_horizon(rusinkiewicz(light, sensor))?;
+            return Some(Self {
+                angles,
+                aperture: None,
+            });
+        }
+        let [lights, sensors] =
+            [(light, spread[0], 0.0), (sensor, spread[1], 0.5)].map(|(axis, spread, turn)| {
+                let radius = 0.5 * spread.to_radians();
+                // A rule of degree 5 on the disc: its center, and six points.
+                let ring = (0..6).map(move |step| {
+                    let phi = (f64::from(step) + turn) * PI / 3.0;
+                    (around(axis, radius * f64::sqrt(2.0 / 3.0), phi), 0.125)
+                });
+                let ring = ring.take(if spread > 0.0 { 6 } else { 0 });
+                ring.chain([(axis, 0.25)]).collect::<Vec<_>>()
+            });
+        let pairs = lights.iter().flat_map(|(light, share)| {
+            let sensors = sensors.iter();
+            sensors.map(move |(sensor, other)| (*light, *sensor, share * other))
+        });
+        Self::of_nodes([light, sensor], pairs, false)
+    }
+
+    /// Returns the geometry of weighted pairs of light and sensor, without those below the horizon.
+    fn of_nodes(
+        [light, sensor]: [[f64; 3]; 2],
+        pairs: impl Iterator<Item = ([f64; 3], [f64; 3], f64)>,
+        is_gray: bool,
+    ) -> Option<Self> {
+        let pairs = pairs.filter_map(|(light, sensor, weight)| {
+            Some((above_horizon(rusinkiewicz(light, sensor))?, weight))
+        });
+        let mut directions: Vec<(Angles<f32>, f64)> = pairs.collect();
+        let sum: f64 = directions.iter().map(|(_, weight)| weight).sum();
+        directions.iter_mut().for_each(|(_, weight)| *weight /= sum);
+        Some(Self {
+            angles: above_horizon(rusinkiewicz(light, sensor))?,
+            aperture: Some(Arc::new(Aperture {
+                directions,
+                is_gray,
+            })),
+        })
+    }
+}
+
+/// Returns the reflectance of black glass for light without polarization.
+fn fresnel(theta: f64) -> f64 {
+    let (sin, cos) = theta.sin_cos();
+    let inside = (1.0 - (sin / BLACK_GLASS).powi(2)).sqrt();
+    let perpendicular = (cos - BLACK_GLASS * inside) / (cos + BLACK_GLASS * inside);
+    let parallel = (BLACK_GLASS * cos - inside) / (BLACK_GLASS * cos + inside);
+    0.5 * (perpendicular * perpendicular + parallel * parallel)
+}
+
+/// Returns the direction at an angle from an axis, and at an azimuth around it, both in radians.
+fn around(axis: [f64; 3], angle: f64, azimuth: f64) -> [f64; 3] {
+    let [x, y, z] = axis;
+    let sine = x.hypot(y);
+    let (cos, sin) = if sine > 1e-9 {
+        (x / sine, y / sine)
+    } else {
+        (1.0, 0.0)
+    };
+    let (along, across) = (angle.sin() * azimuth.cos(), angle.sin() * azimuth.sin());
+    let polar = [cos * z, sin * z, -sine];
+    [0, 1, 2].map(|i| angle.cos() * axis[i] + along * polar[i] + across * [-sin, cos, 0.0][i])
+}
+
+/// Returns nodes from 0 to 1, or with a second half from -1 to 1, and their weights in an integral: those of Gauss and Legendre
+/// after the substitution x = sinh(d t) / sinh(d), by which they are denser around 0.
+fn nodes(count: usize, is_symmetric: bool, density: f64) -> Vec<(f64, f64)> {
+    // Golub and Welsch 1969: the eigenvalues of the recurrence's matrix, and the first entries of its eigenvectors.
+    let entry = |i: usize, j: usize| {
+        let k = i.max(j) as f64;
+        if i.abs_diff(j) == 1 {
+            k / (4.0 * k * k - 1.0).sqrt()
+        } else {
+            0.0
+        }
+    };
+    let eigen = DMatrix::from_fn(count, count, entry).symmetric_eigen();
+    let first = eigen.eigenvectors.row(0);
+    let pairs = eigen.eigenvalues.iter().zip(first.iter());
+    let nodes = pairs.map(|(node, first)| {
+        let (t, weight) = if is_symmetric {
+            (*node, 2.0 * first * first)
+        } else {
+            (0.5 * (node + 1.0), first * first)
+        };
+        let scale = density.sinh();
+        (
+            (density * t).sinh() / scale,
+            weight * density * (density * t).cosh() / scale,
+        )
+    });
+    nodes.collect()
+}
+
+/// Returns directions of a gloss meter's sensor, and their shares of the integral of f cos(theta_o) for the light at
+/// (theta, 0), whose angles are in degrees. A pair of points in source and receptor counts as the light in the middle of the
+/// source, and the sensor at their difference.
+fn gloss_nodes(theta: f64, receptor: [f64; 2]) -> Vec<([f64; 3], f64)> {
+    let [along, across] = [0, 1].map(|side: usize| {
+        let (wide, narrow) = (
+            receptor[side].max(SOURCE[side]),
+            receptor[side].min(SOURCE[side]),
+        );
+        let end = 0.5 * (wide + narrow);
+        let nodes = nodes(NODES[side], side == 0, DENSITY[0]).into_iter();
+        let nodes =
+            nodes.map(|(x, weight)| (end * x, weight * (end * (1.0 - x.abs()) / narrow).min(1.0)));
+        let nodes: Vec<(f64, f64)> = nodes.collect();
+        // All pairs have the angle of the wider one in common; across, half of them are on one side.
+        let sum: f64 = nodes.iter().map(|(_, weight)| weight).sum();
+        let scale = wide.to_radians() / sum;
+        nodes
+            .into_iter()
+            .map(|(x, weight)| (x.to_radians(), scale * weight))
+            .collect::<Vec<_>>()
+    });
+    let nodes = along.iter().flat_map(|(x, width)| {
+        across.iter().map(move |(y, height)| {
+            let [sx, _, sz] = vector(theta.to_radians() + x, PI);
+            let sensor = [sx * y.cos(), y.sin(), sz * y.cos()];
+            (sensor, width * height * y.cos() * sensor[2].max(0.0))
+        })
+    });
+    nodes.collect()
+}
+
+/// Returns directions of a sphere's sensor, and their weights cos(theta_o) d omega, without those within an angle in degrees of
+/// the mirror direction.
+fn sphere_nodes(trap: f64) -> Vec<([f64; 3], f64)> {
+    let mirror = vector(SPHERE[0].to_radians(), PI);
+    let (first, end) = (trap.to_radians(), PI / 2.0 + SPHERE[0].to_radians());
+    let nodes = nodes(NODES[0], false, DENSITY[1]).into_iter();
+    let nodes = nodes.flat_map(|(x, width)| {
+        (0..NODES[1]).map(move |step| {
+            let azimuth = PI * (step as f64 + 0.5) / NODES[1] as f64;
+            let angle = first + (end - first) * x;
+            let sensor = around(mirror, angle, azimuth);
+            (sensor, width * angle.sin() * sensor[2].max(0.0))
+        })
+    });
+    nodes.collect()
 }

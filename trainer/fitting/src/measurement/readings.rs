@@ -1,6 +1,8 @@
 //! The readings of a recipe's samples, and their state in a fit.
 
-use crate::linear::{DEFAULT_NOISE, LeftOut, PosteriorReading};
+use std::sync::Arc;
+
+use crate::linear::{Aperture, DEFAULT_NOISE, LeftOut, PosteriorReading};
 use clap::ValueEnum;
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Repeated;
@@ -35,7 +37,9 @@ pub enum ReadingStatus {
 pub struct SampleReading {
     /// The directions of the sample, in radians.
     pub angles: Angles<f32>,
-    /// The BRDFs of its rows, linear RGB, sr^-1; empty if the sample is missing.
+    /// The aperture; None for a reading exactly at these directions.
+    pub aperture: Option<Arc<Aperture>>,
+    /// The BRDFs of its rows, linear RGB, sr^-1, or their means over the aperture; empty if the sample is missing.
     pub brdf: Repeated,
     /// The mean BRDF in each band, sr^-1; empty without bands, or if the sample is missing.
     pub bands: Vec<f32>,
@@ -56,6 +60,7 @@ impl SampleReading {
     pub fn new(angles: Angles<f32>) -> Self {
         Self {
             angles,
+            aperture: None,
             brdf: Repeated::default(),
             bands: Vec::new(),
             noise: DEFAULT_NOISE,
@@ -86,6 +91,7 @@ impl SampleReading {
     pub(super) fn for_posterior(&self) -> Option<PosteriorReading> {
         Some(PosteriorReading {
             angles: self.angles,
+            aperture: self.aperture.clone(),
             brdf: self.brdf.mean()?,
             noise: self.noise,
         })

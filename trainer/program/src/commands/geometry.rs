@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, ensure};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use glimpse_core::geometry::Angles;
-use glimpse_fitting::measurement::{AngleArgs, AngleTable, Instrument, NamedRecipe};
+use glimpse_fitting::measurement::{AngleArgs, AngleTable, NamedRecipe, ReadingSet};
 use glimpse_fitting::recipe::RecipeFile;
 
 use super::{read_recipe, require_pattern};
@@ -51,9 +51,9 @@ impl GeometryArgs {
 /// Returns the directions of an instrument, or else of a file.
 fn directions(geometry: &Path) -> anyhow::Result<Vec<Angles<f32>>> {
     let name = geometry.to_str().unwrap_or_default();
-    match Instrument::from_str(name, true) {
-        Ok(instrument) => Ok(instrument.directions(0.0)),
-        Err(_) => read_directions(geometry).context("--geometry names a file"),
+    match ReadingSet::parse(name) {
+        Some(sets) => Ok(sets.into_iter().flat_map(ReadingSet::directions).collect()),
+        None => read_directions(geometry).context("--geometry names a file"),
     }
 }
 

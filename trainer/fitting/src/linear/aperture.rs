@@ -1,0 +1,35 @@
+//! Readings that are means of the BRDF over directions, as those of gloss meters, spheres and large detectors.
+
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_materials::Brdf;
+
+/// The shares of red, green and blue in the luminance of linear RGB.
+pub(super) const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+
+/// The directions of a reading, which is the mean of the BRDF over them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Aperture {
+    /// The directions, angles in radians, and their shares in the mean, whose sum is 1.
+    pub directions: Vec<(Angles<f32>, f64)>,
+    /// True if the reading is that of the luminance, so that it states nothing about the color.
+    pub is_gray: bool,
+}
+
+impl Aperture {
+    /// Returns the mean of a BRDF in linear RGB, sr^-1, not times the cosine; its luminance three times if the reading is gray.
+    #[must_use]
+    pub fn mean(&self, brdf: &dyn Brdf) -> [f32; 3] {
+        let at = self.directions.iter();
+        let at = at.map(|(angles, _)| HalfDifference::from_angles(*angles));
+        let values = brdf.values_at(&at.collect::<Vec<_>>());
+        let pairs = values.iter().zip(&self.directions);
+        let mean = [0, 1, 2].map(|channel: usize| {
+            let terms = pairs.clone();
+            let terms = terms.map(|(rgb, (_, share))| share * f64::from(rgb[channel]));
+            terms.sum::<f64>()
+        });
+        let luminance: f64 = mean.iter().zip(LUMINANCE).map(|(f, share)| f * share).sum();
+        let mean = if self.is_gray { [luminance; 3] } else { mean };
+        mean.map(|value| value as f32)
+    }
+}
