@@ -41,18 +41,17 @@ impl Adaptive<'_> {
             let known = [&directions[..], &self.begin];
             let next = posterior(&readings)?.next(&self.candidates, known, 1, &mut position);
             let next = next.first().ok_or(EvaluationError::Unreachable)?;
-            let brdf = reader.read(index, next.angles);
-            let brdf = brdf.ok_or(EvaluationError::Unreachable)?;
+            let reading = reader.posterior_reading(index, next.angles);
+            readings.push(reading.ok_or(EvaluationError::Unreachable)?);
             seconds += next.seconds;
             directions.push(next.angles);
-            readings.push(reader.posterior_reading(next.angles, brdf));
         }
         let recipe = self.recipe.at(&directions);
         let recipe = recipe.map_err(|_| EvaluationError::Unreachable)?;
-        let mut read = |index, _| Some(readings[usize::from(index)].brdf);
+        let samples = readings.into_iter().map(Some).collect::<Vec<_>>();
         Ok(Outcome {
             seconds: self.position.as_ref().map(|_| seconds),
-            ..Outcome::of_scan(&recipe, &posterior(&readings)?, reader.material, &mut read)?
+            ..Outcome::of_readings(&recipe, &samples, reader.material)?
         })
     }
 }

@@ -1,12 +1,13 @@
 //! Methods: the directions that they measure and the way they fit.
 
-use glimpse_core::error::{Error, ErrorCode};
+use std::sync::Arc;
+
 use glimpse_core::fit::{AnyModel, Channels, Estimator, ScanModel, Sgd};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{ModelKind, Sample, Samples, Slot, slot_of};
 use glimpse_core::recipe::Recipe;
-use glimpse_fitting::linear::{ComponentsAt, Posterior, PosteriorReading};
-use glimpse_fitting::measurement::NamedRecipe;
+use glimpse_fitting::linear::{Aperture, ComponentsAt};
+use glimpse_fitting::measurement::{Geometry, NamedRecipe};
 use glimpse_kernels::ModelKernels;
 use glimpse_kernels::scan::scan_with_missing;
 use glimpse_materials::Material;
@@ -68,6 +69,8 @@ pub struct Method<'a> {
     pub degradation: Degradation,
     /// The directions that the readings really have, by sample; empty for those of the method.
     displaced: Vec<Angles<f32>>,
+    /// The apertures of samples; empty for exact directions.
+    apertures: Vec<Option<Arc<Aperture>>>,
     run: Box<Run<'a>>,
 }
 
@@ -89,6 +92,7 @@ impl<'a> Method<'a> {
             directions,
             degradation: Degradation::default(),
             displaced: Vec::new(),
+            apertures: Vec::new(),
             run: Box::new(run),
         }
     }
@@ -136,19 +140,14 @@ impl<'a> Method<'a> {
         let on_device = Self::with_recipe(&recipe, named.basis.as_deref())?;
         let run = move |reader: &mut Reader<'_>, pattern: &[Angles<f32>], _| {
             let samples = pattern.iter().enumerate();
-            let samples = samples.map(|(index, angles)| {
-                let brdf = reader.read(index, *angles)?;
-                Some(reader.posterior_reading(*angles, brdf))
-            });
-            let samples: Vec<Option<PosteriorReading>> = samples.collect();
-            let present: Vec<PosteriorReading> = samples.iter().flatten().cloned().collect();
-            let posterior = Posterior::new(&named.prior, &present);
-            let posterior = posterior.ok_or(Error::new(ErrorCode::Diverged))?;
-            let mut read = |index, _| Some(samples.get(usize::from(index))?.as_ref()?.brdf);
-            Outcome::of_scan(named, &posterior, reader.material, &mut read)
+            let samples = samples.map(|(index, angles)| reader.posterior_reading(index, *angles));
+            Outcome::of_readings(named, &samples.collect::<Vec<_>>(), reader.material)
         };
         let names = (on_device.name, on_device.model);
-        Ok(Self::new(names, on_device.directions, run))
+        Ok(Self {
+            apertures: named.apertures.clone(),
+            ..Self::new(names, on_device.directions, run)
+        })
     }
 
     /// Creates scans that choose each direction by the readings so far.
@@ -237,20 +236,31 @@ impl<'a> Method<'a> {
         })
     }
 
-    /// Creates a fit of a diffuse and a GGX lobe to readings at these directions.
+    /// Creates a fit of a diffuse and a GGX lobe to readings at these directions or with these apertures.
     #[must_use]
-    pub fn ggx(pattern: Vec<Angles<f32>>) -> Self {
+    pub fn ggx(geometries: Vec<Geometry>) -> Self {
         let name = (names::GGX, ModelKind::CookTorrance);
+        let (pattern, apertures): (_, Vec<_>) = geometries
+            .into_iter()
+            .map(|geometry| (geometry.angles, geometry.aperture))
+            .unzip();
         let pattern = SampleDirections::Pattern(pattern);
-        Self::new(name, pattern, |reader, angles, _| {
+        let method = Self::new(name, pattern, |reader, angles, _| {
+            let readings = angles.iter().enumerate();
+            let readings =
+                readings.filter_map(|(index, angles)| reader.posterior_reading(index, *angles));
             Ok(Outcome {
-                fitted: Box::new(Ggx::fit(&reader.read_all(angles))),
+                fitted: Box::new(Ggx::fit(&readings.collect::<Vec<_>>())),
                 values: Vec::new(),
                 prediction: None,
                 coverage: None,
                 seconds: None,
             })
-        })
+        });
+        Self {
+            apertures,
+            ..method
+        }
     }
 
     /// Creates the method Random: Adam from a random start on random samples.
@@ -364,6 +374,7 @@ impl<'a> Method<'a> {
         };
         let mut reader = degradation.reader(material, samples, seed);
         reader.displaced = &self.displaced;
+        reader.apertures = &self.apertures;
         (self.run)(&mut reader, angles, seed)
     }
 }

@@ -1,9 +1,9 @@
 //! The result of a method for one material.
 
 use glimpse_core::model::ModelKind;
-use glimpse_fitting::linear::Posterior;
+use glimpse_fitting::linear::PosteriorReading;
 use glimpse_fitting::measurement::NamedRecipe;
-use glimpse_kernels::scan::{LossPrediction, ReadSample};
+use glimpse_kernels::scan::LossPrediction;
 use glimpse_materials::basis::BasisTable;
 use glimpse_materials::{Brdf, FittedBrdf, Material};
 
@@ -44,18 +44,26 @@ impl Outcome {
         })
     }
 
-    /// Creates the result of a host's fit of a posterior's readings of a material, which `read` returns by sample. The posterior predicts
-    /// the loss if the recipe does not.
+    /// Creates the result of a host's fit of readings of a material by sample, with the directions of a recipe's samples. The
+    /// posterior predicts the loss if the recipe does not.
     ///
     /// # Errors
     /// [`EvaluationError::Scan`], [`EvaluationError::Basis`]
-    pub(super) fn of_scan(
+    pub(super) fn of_readings(
         recipe: &NamedRecipe,
-        posterior: &Posterior,
+        samples: &[Option<PosteriorReading>],
         material: &dyn Material,
-        read: &mut ReadSample<'_>,
     ) -> Result<Self, EvaluationError> {
-        let scan = recipe.scan(posterior, read)?;
+        let present: Vec<PosteriorReading> = samples.iter().flatten().cloned().collect();
+        let (posterior, exact) = recipe.posterior(&present)?;
+        let posterior = &posterior;
+        let mut exact = exact.into_iter();
+        let exact = samples
+            .iter()
+            .map(|sample| sample.as_ref().and_then(|_| exact.next()));
+        let exact: Vec<Option<[f32; 3]>> = exact.collect();
+        let mut read = |index, _| *exact.get(usize::from(index))?;
+        let scan = recipe.scan(posterior, &mut read)?;
         let basis = recipe.basis_of(posterior);
         let outcome = Self::new(recipe.file.recipe().model(), scan.values, basis.as_deref())?;
         let prediction = scan.prediction;

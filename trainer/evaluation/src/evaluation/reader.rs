@@ -1,12 +1,13 @@
 //! The virtual instrument of evaluations: readings of a material, with noise, quantization and missing readings.
 
 use std::f32::consts::FRAC_1_PI;
+use std::sync::Arc;
 
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::recipe::Recipe;
-use glimpse_fitting::linear::PosteriorReading;
+use glimpse_fitting::linear::{Aperture, PosteriorReading};
 use glimpse_fitting::recipe::ReadingNoise;
 use glimpse_materials::Material;
 use rand::SeedableRng;
@@ -106,6 +107,7 @@ impl Degradation {
         Reader {
             material,
             displaced: &[],
+            apertures: &[],
             present,
             noise: self.sensor_noise(),
             random,
@@ -119,6 +121,8 @@ pub struct Reader<'m> {
     pub material: &'m dyn Material,
     /// The directions at which samples are really read, by index; those that are requested if there is none.
     pub displaced: &'m [Angles<f32>],
+    /// The apertures of samples, by index; none for exact directions.
+    pub apertures: &'m [Option<Arc<Aperture>>],
     /// True for each reading that is not missing.
     present: Vec<bool>,
     noise: ReadingNoise,
@@ -135,21 +139,30 @@ impl Reader<'_> {
         }
         let angles = *self.displaced.get(index).unwrap_or(&angles);
         let cos_theta_i = HalfDifference::from_angles(angles).cos_theta_i();
-        let brdf = self.material.at_angles(angles);
+        let brdf = match self.aperture(index) {
+            Some(aperture) => aperture.mean(self.material),
+            None => self.material.at_angles(angles),
+        };
         Some(self.noise.read(brdf, cos_theta_i, &mut self.random))
     }
 
-    /// Returns a reading for a posterior, which knows the noise relative to the reading.
+    fn aperture(&self, index: usize) -> Option<&Arc<Aperture>> {
+        self.apertures.get(index)?.as_ref()
+    }
+
+    /// Reads a sample, as [`read`](Self::read), for a posterior, which knows the noise relative to the reading.
     pub(super) fn posterior_reading(
-        &self,
+        &mut self,
+        index: usize,
         angles: Angles<f32>,
-        brdf: [f32; 3],
-    ) -> PosteriorReading {
+    ) -> Option<PosteriorReading> {
+        let brdf = self.read(index, angles)?;
         let mut reading = PosteriorReading::new(angles, brdf);
+        reading.aperture = self.aperture(index).cloned();
         if self.noise.multiplicative > 0.0 {
             reading.noise = self.noise.multiplicative;
         }
-        reading
+        Some(reading)
     }
 
     /// Reads samples at all of these angles, without the missing ones.

@@ -4,7 +4,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_materials::Brdf;
 
 /// The shares of red, green and blue in the luminance of linear RGB.
-pub(super) const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 /// The directions of a reading, which is the mean of the BRDF over them.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +13,8 @@ pub struct Aperture {
     pub directions: Vec<(Angles<f32>, f64)>,
     /// True if the reading is that of the luminance, so that it states nothing about the color.
     pub is_gray: bool,
+    /// The standard deviation of the noise that does not depend on the reading, sr^-1.
+    pub resolution: f64,
 }
 
 impl Aperture {

@@ -58,7 +58,7 @@ impl Evidence {
         }
         let dimensions = brdf.len() as f64 * (parts[0] + parts[1]);
         let slope = |(index, brdf): (usize, &[f32; 3])| {
-            let weight = f64::from(self.at.components.cosines[index].value);
+            let weight = f64::from(self.at.cosines[index]);
             let of = brdf
                 .iter()
                 .map(|f| (weight / (weight * f64::from(f.max(0.0)) + EPSILON)).ln());

@@ -86,10 +86,12 @@ impl Joint {
         let at = (posterior.prior()).at([candidates, &loss_directions()].concat());
         let (discrepancy, rest) = posterior.remainder(&at);
         let own = at.discrepancy(&at);
-        let discrepancy = dense(own.len(), &own) - posterior.explained(&discrepancy);
+        let explained = posterior.explained(&discrepancy);
+        let own = dense(own.len(), &own);
         let covariance = [0, 1].map(|part: usize| {
-            let of_coefficients = &rest * posterior.covariance(part) * rest.transpose();
-            of_coefficients + &discrepancy * SHARES[part]
+            let rest = &*rest[part];
+            let of_coefficients = rest * posterior.covariance(part) * rest.transpose();
+            of_coefficients + (&own - &*explained[part]) * SHARES[part]
         });
         Self {
             spreads: posterior.spreads(None, loss_directions()),

@@ -13,7 +13,7 @@
 use std::sync::Arc;
 
 use glimpse_core::geometry::Angles;
-use glimpse_core::model::linear::unmap;
+use glimpse_core::model::linear::{EPSILON, unmap};
 use glimpse_materials::basis::{BasisTable, Kernels};
 use nalgebra::{Cholesky, DMatrix};
 use rayon::prelude::*;
@@ -27,6 +27,9 @@ use super::prior::{
 /// The number of readings that the prior's own scale counts as.
 const PRIOR_READINGS: f64 = 6.0;
 
+/// The shares of the way to the expected material around which readings with apertures are linearized again. The first ones are
+/// damped, because the logarithm of a mean is far from linear.
+const STEPS: [f64; 7] = [0.6, 0.6, 0.6, 0.6, 0.6, 1.0, 1.0];
 /// The smallest variance of a mapped BRDF: rounding makes smaller ones negative.
 pub(super) const MIN_VARIANCE: f64 = 1e-10;
 /// The standard deviation of a reading's noise relative to the reading, if it is unknown: 2 %.
@@ -87,12 +90,21 @@ pub(super) struct Predicted {
 struct Design {
     prior: MaterialPrior,
     at: PriorAt,
-    /// R^-1, n x n. Rows and columns of removed readings are 0.
-    inverse: DMatrix<f64>,
+    /// The variances of the readings' noise.
+    noise: Vec<f64>,
+    /// Those of the mean of the channels, and of the differences, which readings without color do not have.
+    parts: [Part; 2],
+}
+
+/// A part of a [`Design`].
+#[derive(Clone, Debug)]
+struct Part {
+    /// R^-1, n x n. Rows and columns of removed readings are 0. Without gray readings, both parts share it.
+    inverse: Arc<DMatrix<f64>>,
     /// R^-1 Q, n x K.
-    gain: DMatrix<f64>,
-    /// The covariances of the coefficients of the mean, and of the differences: (V^-1 + Q' R^-1 Q / share)^-1, K x K.
-    covariance: [DMatrix<f64>; 2],
+    gain: Arc<DMatrix<f64>>,
+    /// The covariance of the coefficients: (V^-1 + Q' R^-1 Q / share)^-1, K x K.
+    covariance: DMatrix<f64>,
 }
 
 /// The posterior of a material, given readings.
@@ -109,43 +121,131 @@ pub struct Posterior {
     evidence: f64,
     /// The number of readings that were not removed.
     count: usize,
+    /// A third of the number of channels of these readings, in which a gray one has one.
+    degrees: f64,
 }
 
 impl Design {
-    /// None if a number is not finite.
-    fn new(prior: MaterialPrior, at: PriorAt, inverse: DMatrix<f64>) -> Option<Self> {
-        let gain = &inverse * &at.rows;
-        let precision = at.rows.transpose() * &gain;
-        let covariance = |part: usize| {
-            let mut precision = &precision / SHARES[part];
+    /// `inverses` are those of both parts. None if a number is not finite.
+    fn new(
+        (prior, at, noise): (MaterialPrior, PriorAt, Vec<f64>),
+        inverses: [Arc<DMatrix<f64>>; 2],
+    ) -> Option<Self> {
+        let gains = of_parts(&inverses, |inverse| inverse * &at.rows);
+        let part = |part: usize| {
+            let (inverse, gain) = (inverses[part].clone(), gains[part].clone());
+            let mut precision = at.rows.transpose() * &*gain / SHARES[part];
             for (k, variance) in prior.variance[part].iter().enumerate() {
                 precision[(k, k)] += 1.0 / variance;
             }
-            Some(Cholesky::new(precision)?.inverse())
+            Some(Part {
+                covariance: Cholesky::new(precision)?.inverse(),
+                inverse,
+                gain,
+            })
         };
         Some(Self {
-            covariance: [covariance(0)?, covariance(1)?],
-            gain,
-            inverse,
+            parts: [part(0)?, part(1)?],
+            noise,
             at,
             prior,
         })
     }
+
+    /// Returns the inverses of both parts.
+    fn inverses(&self) -> [Arc<DMatrix<f64>>; 2] {
+        self.parts.each_ref().map(|part| part.inverse.clone())
+    }
+}
+
+/// Computes something of both parts' matrices, once if they share one.
+fn of_parts<T>(
+    matrices: &[Arc<DMatrix<f64>>; 2],
+    compute: impl Fn(&DMatrix<f64>) -> T,
+) -> [Arc<T>; 2] {
+    let [mean, differences] = matrices;
+    let of_mean = Arc::new(compute(mean));
+    let of_differences = if Arc::ptr_eq(mean, differences) {
+        of_mean.clone()
+    } else {
+        Arc::new(compute(differences))
+    };
+    [of_mean, of_differences]
+}
+
+/// Returns R^-1 without some readings, whose rows and columns are 0 then.
+fn without_readings(inverse: &DMatrix<f64>, group: impl Iterator<Item = usize>) -> DMatrix<f64> {
+    let mut inverse = inverse.clone();
+    for index in group {
+        let column = inverse.column(index).into_owned();
+        if column[index] > 0.0 {
+            inverse.ger(-1.0 / column[index], &column, &column, 1.0);
+            inverse.column_mut(index).fill(0.0);
+            inverse.row_mut(index).fill(0.0);
+        }
+    }
+    inverse
 }
 
 impl Posterior {
-    /// Computes the posterior. None if a number is not finite.
+    /// Computes the posterior. Readings with an aperture are linearized around the expected material, several times. None if a
+    /// number is not finite.
     #[must_use]
     pub fn new(prior: &MaterialPrior, readings: &[PosteriorReading]) -> Option<Self> {
-        let at = prior.at(readings.iter().map(|reading| reading.angles).collect());
-        let mut covariance = dense(readings.len(), &at.discrepancy(&at));
-        for (index, reading) in readings.iter().enumerate() {
-            covariance[(index, index)] += f64::from(reading.noise.max(MIN_NOISE)).powi(2);
+        let apertures = readings.iter().map(|reading| reading.aperture.as_deref());
+        let apertures: Vec<Option<&Aperture>> = apertures.collect();
+        let directions = readings.iter().flat_map(|reading| match &reading.aperture {
+            None => vec![reading.angles],
+            Some(aperture) => aperture
+                .directions
+                .iter()
+                .map(|(angles, _)| *angles)
+                .collect(),
+        });
+        let points = prior.at(directions.collect());
+        if apertures.iter().all(Option::is_none) {
+            return Self::at(prior, points, readings);
         }
-        let design = Design::new(prior.clone(), at, inverse(covariance)?)?;
+        let mut expected = vec![[0.0; 3]; points.components.count()];
+        for step in STEPS {
+            let sums = points.linearized(&apertures, &expected);
+            let posterior = Self::at(prior, sums, readings)?;
+            for (expected, predicted) in expected.iter_mut().zip(posterior.predict(&points)) {
+                for (expected, predicted) in expected.iter_mut().zip(predicted.expected) {
+                    *expected += step * (predicted - *expected);
+                }
+            }
+        }
+        Self::at(prior, points.linearized(&apertures, &expected), readings)
+    }
+
+    /// Computes the posterior of readings that are linear in sums of the mapped BRDF.
+    fn at(prior: &MaterialPrior, at: PriorAt, readings: &[PosteriorReading]) -> Option<Self> {
+        let mut covariance = dense(readings.len(), &at.discrepancy(&at));
+        let noise = readings.iter().zip(&at.cosines);
+        let noise = noise.map(|(reading, cosines)| {
+            let relative = f64::from(reading.noise.max(MIN_NOISE)).powi(2);
+            let Some(aperture) = &reading.aperture else {
+                return relative;
+            };
+            let light = reading.brdf.iter().sum::<f32>().max(0.0) / 3.0;
+            let light = f64::from(light) + EPSILON / f64::from(*cosines);
+            relative + (aperture.resolution / light).powi(2)
+        });
+        let noise: Vec<f64> = noise.collect();
+        for (index, noise) in noise.iter().enumerate() {
+            covariance[(index, index)] += noise;
+        }
+        let inverse = Arc::new(inverse(covariance)?);
+        let gray = (0..readings.len()).filter(|index| at.is_gray[*index]);
+        let of_differences = match gray.clone().next() {
+            None => inverse.clone(),
+            Some(_) => Arc::new(without_readings(&inverse, gray)),
+        };
+        let design = Design::new((prior.clone(), at, noise), [inverse, of_differences])?;
         let brdf: Vec<[f32; 3]> = readings.iter().map(|reading| reading.brdf).collect();
         let targets = mapped(&design.at, &brdf);
-        let posterior = Self::of_targets(targets, Arc::new(design), readings.len());
+        let posterior = Self::of_targets(targets, Arc::new(design));
         posterior.evidence.is_finite().then_some(posterior)
     }
 
@@ -153,24 +253,28 @@ impl Posterior {
     /// the same noise.
     #[must_use]
     pub fn of(&self, brdf: &[[f32; 3]]) -> Self {
-        Self::of_targets(
-            mapped(&self.design.at, brdf),
-            self.design.clone(),
-            self.count,
-        )
+        Self::of_targets(mapped(&self.design.at, brdf), self.design.clone())
     }
 
-    fn of_targets(targets: [DMatrix<f64>; 2], design: Arc<Design>, count: usize) -> Self {
+    fn of_targets(targets: [DMatrix<f64>; 2], design: Arc<Design>) -> Self {
         let coefficients = [0, 1].map(|part: usize| {
-            let projected = design.gain.tr_mul(&targets[part]) / SHARES[part];
-            &design.covariance[part] * projected
+            let Part {
+                gain, covariance, ..
+            } = &design.parts[part];
+            covariance * (gain.tr_mul(&targets[part]) / SHARES[part])
         });
         let weights = [0, 1].map(|part: usize| {
-            &design.inverse * (&targets[part] - &design.at.rows * &coefficients[part])
+            let rest = &targets[part] - &design.at.rows * &coefficients[part];
+            &*design.parts[part].inverse * rest
         });
         let of_part = |part: usize| weights[part].dot(&targets[part]) / SHARES[part];
+        let [count, colored] = design.parts.each_ref().map(|part| {
+            let kept = part.inverse.diagonal();
+            kept.iter().filter(|entry| **entry > 0.0).count()
+        });
         Self {
             evidence: (of_part(0) + of_part(1)) / 3.0,
+            degrees: (count + 2 * colored) as f64 / 3.0,
             design,
             targets,
             coefficients,
@@ -182,21 +286,14 @@ impl Posterior {
     /// Returns the posterior without a group of readings. None if a number is not finite.
     #[must_use]
     pub fn without(&self, group: &[usize]) -> Option<Self> {
-        let mut inverse = self.design.inverse.clone();
-        let mut count = self.count;
-        for index in group {
-            let column = inverse.column(*index).into_owned();
-            if column[*index] > 0.0 {
-                inverse.ger(-1.0 / column[*index], &column, &column, 1.0);
-                inverse.column_mut(*index).fill(0.0);
-                inverse.row_mut(*index).fill(0.0);
-                count -= 1;
-            }
-        }
-        let Design { prior, at, .. } = &*self.design;
-        let design = Design::new(prior.clone(), at.clone(), inverse)?;
-        let targets = self.targets.clone();
-        Some(Self::of_targets(targets, Arc::new(design), count))
+        let Design {
+            prior, at, noise, ..
+        } = &*self.design;
+        let inverses = of_parts(&self.design.inverses(), |inverse| {
+            without_readings(inverse, group.iter().copied())
+        });
+        let design = Design::new((prior.clone(), at.clone(), noise.clone()), inverses)?;
+        Some(Self::of_targets(self.targets.clone(), Arc::new(design)))
     }
 
     /// Returns the components at all directions.
@@ -229,41 +326,48 @@ impl Posterior {
     /// [kernels](Self::kernels).
     #[must_use]
     pub fn coefficients(&self) -> [Vec<f32>; 3] {
+        let at = &self.design.at;
         [0, 1, 2].map(|channel| {
-            let sum = |[mean, differences]: &[DMatrix<f64>; 2], factor: f64| {
-                let sum = mean.column(0) + differences.column(channel);
-                let sum = sum.iter().map(|value| (factor * value) as f32);
-                sum.collect::<Vec<f32>>()
+            let sum = |[mean, differences]: &[DMatrix<f64>; 2]| {
+                mean.column(0) + differences.column(channel)
             };
-            [sum(&self.coefficients, 1.0), sum(&self.weights, VARIANCE)].concat()
+            let (components, readings) = (sum(&self.coefficients), sum(&self.weights));
+            let components = components.iter().map(|value| *value as f32);
+            let sums = at.sums.iter().zip(readings.iter());
+            let kernels = sums.flat_map(|(directions, reading)| {
+                let weights = at.weights[directions.clone()].iter();
+                weights.map(move |weight| (VARIANCE * weight * reading) as f32)
+            });
+            components.chain(kernels).collect()
         })
     }
 
     /// Returns the factor of all variances, without the evidence of a number of readings.
     pub(super) fn scale(&self, without: f64, number: usize) -> f64 {
         let evidence = self.evidence - without;
-        let count = (self.count - number) as f64;
-        ((PRIOR_READINGS + evidence) / (PRIOR_READINGS + count)).max(1.0)
+        let degrees = self.degrees - number as f64;
+        ((PRIOR_READINGS + evidence) / (PRIOR_READINGS + degrees)).max(1.0)
     }
 
     /// Predicts each group of readings from all others, up to a shift of the mapped readings that the group has in common.
     /// All readings of a group have its z. None for an empty group, or one with a removed reading.
     #[must_use]
     pub fn left_out(&self, groups: &[&[usize]]) -> Vec<Option<Vec<LeftOut>>> {
-        let Design { inverse, gain, .. } = &*self.design;
-        let components = &self.design.at.components;
-        let reduced = [0, 1].map(|part| gain * self.covariance(part));
+        let Design { at, parts, .. } = &*self.design;
+        let reduced = parts.each_ref().map(|part| &*part.gain * &part.covariance);
         let of_group = |group: &&[usize]| {
-            if group.is_empty() || group.iter().any(|i| inverse[(*i, *i)] <= 0.0) {
+            let is_removed = |i: &usize| parts[0].inverse[(*i, *i)] <= 0.0;
+            if group.is_empty() || group.iter().any(is_removed) {
                 return None;
             }
             let sum = |matrix: &DMatrix<f64>| matrix.select_rows(*group).row_sum();
-            let columns = group.iter().map(|i| inverse.column(*i));
-            let own: f64 = columns
-                .map(|column| group.iter().map(|j| column[*j]).sum::<f64>())
-                .sum();
             // With P = S^-1, the least-squares estimate of the shift is 1' (P y)_G / 1' P_GG 1, and 1 / 1' P_GG 1 is its variance.
             let precision = [0, 1].map(|part: usize| {
+                let Part { inverse, gain, .. } = &parts[part];
+                let columns = group.iter().map(|i| inverse.column(*i));
+                let own: f64 = columns
+                    .map(|column| group.iter().map(|j| column[*j]).sum::<f64>())
+                    .sum();
                 let explained = sum(&reduced[part]).dot(&sum(gain)) / SHARES[part];
                 (own - explained).max(MIN_VARIANCE)
             });
@@ -280,13 +384,13 @@ impl Posterior {
             let z = z.into_iter().chain([of_mean]);
             let z = z.max_by(|a, b| a.abs().total_cmp(&b.abs()));
             let readings = group.iter().map(|i| {
-                let (center, weight) = (components.mean[*i].value, components.cosines[*i].value);
+                let (center, weight) = (at.centers[*i], at.cosines[*i]);
                 LeftOut {
                     z: z.unwrap_or_default(),
                     expected: [0, 1, 2].map(|channel| {
                         let target = self.targets[0][(*i, 0)] + self.targets[1][(*i, channel)];
                         let u = target - mean_rest - rests[channel];
-                        unmap(f64::from(center) + u, f64::from(weight)).max(0.0) as f32
+                        unmap(f64::from(center[channel]) + u, f64::from(weight)).max(0.0) as f32
                     }),
                     log_density: -0.5 * (of_mean * of_mean + (scale * mean_variance).ln()),
                 }
@@ -297,49 +401,41 @@ impl Posterior {
     }
 
     /// Returns the covariances of the discrepancy with the readings at some directions, and what remains of the components
-    /// there after the readings: q - Q' R^-1 k, a row for each direction.
-    pub(super) fn remainder(&self, at: &PriorAt) -> (SparseColumns, DMatrix<f64>) {
-        let Design { at: own, gain, .. } = &*self.design;
-        let columns = own.discrepancy(at);
-        let mut rest = at.rows.clone();
-        for (mut row, column) in rest.row_iter_mut().zip(&columns) {
-            for (index, entry) in column {
-                row -= gain.row(*index) * *entry;
+    /// there after the readings of each part: q - Q' R^-1 k, a row for each direction.
+    pub(super) fn remainder(&self, at: &PriorAt) -> (SparseColumns, [Arc<DMatrix<f64>>; 2]) {
+        let columns = self.design.at.discrepancy(at);
+        let gains = self.design.parts.each_ref().map(|part| part.gain.clone());
+        let rests = of_parts(&gains, |gain| {
+            let mut rest = at.rows.clone();
+            for (mut row, column) in rest.row_iter_mut().zip(&columns) {
+                for (index, entry) in column {
+                    row -= gain.row(*index) * *entry;
+                }
             }
-        }
-        (columns, rest)
+            rest
+        });
+        (columns, rests)
     }
 
-    /// Returns K' R^-1 K.
-    pub(super) fn explained(&self, covariances: &SparseColumns) -> DMatrix<f64> {
-        let covariances = &dense(self.design.inverse.nrows(), covariances);
-        covariances.transpose() * (&self.design.inverse * covariances)
+    /// Returns K' R^-1 K of each part.
+    pub(super) fn explained(&self, covariances: &SparseColumns) -> [Arc<DMatrix<f64>>; 2] {
+        let covariances = &dense(self.design.noise.len(), covariances);
+        of_parts(&self.design.inverses(), |inverse| {
+            covariances.transpose() * (inverse * covariances)
+        })
     }
 
     /// Returns the covariance of the coefficients of a part.
     pub(super) fn covariance(&self, part: usize) -> &DMatrix<f64> {
-        &self.design.covariance[part]
-    }
-
-    /// Returns the variance of the discrepancy of a channel, given its covariances with the readings: s^2 - k' R^-1 k.
-    fn discrepancy(&self, column: &[(usize, f64)]) -> f64 {
-        let inverse = &self.design.inverse;
-        let terms = column.iter().map(|(row, entry)| {
-            // The inverse is symmetric: what is above its diagonal counts twice.
-            let solved = inverse.column(*row);
-            let solved = solved.as_slice();
-            let above = column.iter().take_while(|(other, _)| other < row);
-            let above: f64 = above.map(|(other, entry)| entry * solved[*other]).sum();
-            entry * (2.0 * above + entry * solved[*row])
-        });
-        VARIANCE - terms.sum::<f64>()
+        &self.design.parts[part].covariance
     }
 
     /// Predicts the mapped BRDF at some directions.
     pub(super) fn predict(&self, at: &PriorAt) -> Vec<Predicted> {
-        let (columns, rest) = self.remainder(at);
+        let (columns, rests) = self.remainder(at);
+        let inverses = self.design.inverses();
         let scale = self.scale(0.0, 0);
-        let reduced = [0, 1].map(|part: usize| &rest * self.covariance(part));
+        let reduced = [0, 1].map(|part: usize| &*rests[part] * self.covariance(part));
         let means = [0, 1].map(|part: usize| &at.rows * &self.coefficients[part]);
         let predict = |(i, column): (usize, &Vec<(usize, f64)>)| {
             let mut expected = [0, 1, 2].map(|channel| means[0][(i, 0)] + means[1][(i, channel)]);
@@ -350,9 +446,13 @@ impl Posterior {
                 }
             }
             let [mean, difference] =
-                [0, 1].map(|part: usize| reduced[part].row(i).dot(&rest.row(i)));
-            let discrepancy = self.discrepancy(column).max(0.0);
-            let variance = discrepancy + mean + DIFFERENCE_SHARE * difference;
+                [0, 1].map(|part: usize| reduced[part].row(i).dot(&rests[part].row(i)));
+            let mut discrepancy = discrepancy_after(&inverses[0], column);
+            if !Arc::ptr_eq(&inverses[0], &inverses[1]) {
+                let of_differences = discrepancy_after(&inverses[1], column);
+                discrepancy = SHARES[0] * discrepancy + DIFFERENCE_SHARE * of_differences;
+            }
+            let variance = discrepancy.max(0.0) + mean + DIFFERENCE_SHARE * difference;
             Predicted {
                 expected,
                 variance: scale * variance.max(MIN_VARIANCE),
@@ -360,14 +460,43 @@ impl Posterior {
         };
         columns.par_iter().enumerate().map(predict).collect()
     }
+
+    /// Returns readings as BRDFs exactly at directions, one for each reading (linear RGB, sr^-1, not times the cosine): what the
+    /// expected material does not explain of a reading's mapped value is added to that of the expected material at its direction.
+    #[must_use]
+    pub fn exact(&self, directions: Vec<Angles<f32>>) -> Vec<[f32; 3]> {
+        let at = self.prior().at(directions);
+        let expected = self.predict(&at).into_iter().enumerate();
+        let exact = expected.map(|(i, predicted)| {
+            [0, 1, 2].map(|channel: usize| {
+                let weight = self.weights[0][(i, 0)] + self.weights[1][(i, channel)];
+                let mapped = f64::from(at.centers[i][channel]) + predicted.expected[channel];
+                // y - q'a - k' R^-1 (y - Q a) is N R^-1 (y - Q a).
+                let mapped = mapped + self.design.noise[i] * weight;
+                unmap(mapped, f64::from(at.cosines[i])).max(0.0) as f32
+            })
+        });
+        exact.collect()
+    }
+}
+
+/// Returns the variance of the discrepancy of a channel, given its covariances with the readings: s^2 - k' R^-1 k.
+fn discrepancy_after(inverse: &DMatrix<f64>, column: &[(usize, f64)]) -> f64 {
+    let terms = column.iter().map(|(row, entry)| {
+        // The inverse is symmetric: what is above its diagonal counts twice.
+        let solved = inverse.column(*row);
+        let solved = solved.as_slice();
+        let above = column.iter().take_while(|(other, _)| other < row);
+        let above: f64 = above.map(|(other, entry)| entry * solved[*other]).sum();
+        entry * (2.0 * above + entry * solved[*row])
+    });
+    VARIANCE - terms.sum::<f64>()
 }
 
 /// Returns the mapped readings minus the mean of the training: the mean of the channels, and the differences from it.
 pub(super) fn mapped(at: &PriorAt, brdf: &[[f32; 3]]) -> [DMatrix<f64>; 2] {
-    let readings: Vec<[f32; 3]> = brdf.iter().map(|brdf| brdf.map(|f| f.max(0.0))).collect();
-    let channels = at.components.mapped_channels(&readings);
-    let rows = channels.map(|channel| channel.into_iter().map(f64::from));
-    let [red, green, blue] = rows.map(|channel| DMatrix::from_iterator(readings.len(), 1, channel));
+    let channels = at.mapped(brdf);
+    let [red, green, blue] = channels.map(|channel| DMatrix::from_vec(brdf.len(), 1, channel));
     let mean = (&red + &green + &blue) / 3.0;
     let differences = [red, green, blue].map(|channel| channel - &mean);
     let columns = differences.iter().map(|channel| channel.column(0));

@@ -5,15 +5,18 @@
 //! s^2 rho(x, x') of a [`correlation`]. This is kriging with a learned trend (universal kriging: Cressie 1993, "Statistics for
 //! Spatial Data", chapter 3.4).
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::linear::map;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::{BasisTable, Kernels, Place, correlation};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::ComponentsAt;
+use super::aperture::{Aperture, LUMINANCE};
 
 /// The variances of the mean of the channels, and of a difference from it, relative to that of independent channels.
 pub(super) const SHARES: [f64; 2] = [1.0 / 3.0, 1.0];
@@ -28,6 +31,9 @@ pub(super) const VARIANCE: f64 = 0.02;
 /// The [lengths](Kernels::lengths) of its correlation, in degrees.
 pub(super) const LENGTHS: [f32; 3] = [12.0, 16.0, 16.0];
 
+/// The largest mapped BRDF around which a reading is linearized.
+const MAX_MAPPED: f64 = 20.0;
+
 /// The prior of a recipe without a pattern, or of one that was made of it for some directions.
 #[derive(Clone, Debug)]
 pub struct MaterialPrior {
@@ -36,13 +42,25 @@ pub struct MaterialPrior {
     pub(super) variance: [Vec<f64>; 2],
 }
 
-/// The components and the kernels' places at some directions.
+/// Weighted sums of the mapped BRDF: at single directions, or over the [apertures](Aperture) of readings.
 #[derive(Clone, Debug)]
 pub(super) struct PriorAt {
+    /// The components at all directions.
     pub(super) components: ComponentsAt,
-    /// The components, a row for each direction.
-    pub(super) rows: DMatrix<f64>,
+    /// The kernels' places there.
     places: Vec<Place>,
+    /// The directions of each sum.
+    pub(super) sums: Vec<Range<usize>>,
+    /// The weights of all directions in their sums.
+    pub(super) weights: Vec<f64>,
+    /// The components, a row for each sum.
+    pub(super) rows: DMatrix<f64>,
+    /// cos(theta_i) cos(theta_o) of each sum, by which its BRDF is mapped.
+    pub(super) cosines: Vec<f32>,
+    /// The mapped BRDF in red, green and blue of which each sum is the difference.
+    pub(super) centers: Vec<[f32; 3]>,
+    /// True for a sum that states nothing about the color.
+    pub(super) is_gray: Vec<bool>,
 }
 
 /// The entries of each column of a matrix that are not 0, with their rows.
@@ -83,11 +101,18 @@ impl MaterialPrior {
             let at = HalfDifference::from_angles(*angles);
             Kernels::place(LENGTHS, &at)
         });
-        let places = places.collect();
+        let places: Vec<Place> = places.collect();
         let components = ComponentsAt::new(&self.basis, angles);
         let shape = (components.count(), components.components);
+        let cosines = components.cosines.iter().map(|cosines| cosines.value);
+        let centers = components.mean.iter().map(|mean| [mean.value; 3]);
         PriorAt {
             rows: DMatrix::from_row_slice(shape.0, shape.1, &components.rows).cast(),
+            sums: (0..shape.0).map(|index| index..index + 1).collect(),
+            weights: vec![1.0; shape.0],
+            cosines: cosines.collect(),
+            centers: centers.collect(),
+            is_gray: vec![false; shape.0],
             places,
             components,
         }
@@ -95,13 +120,121 @@ impl MaterialPrior {
 }
 
 impl PriorAt {
-    /// Returns the covariances of the discrepancy of a channel at these directions with that at others: a column for each of
-    /// the others.
+    /// Returns the sums to which readings with apertures are linear around a material, given its mapped BRDF minus the mean of
+    /// the training at all directions. These are those of each reading in order, one if it has no aperture.
+    ///
+    /// A reading is the mean of f over shares o. With the cosines c = cos(theta_i) cos(theta_o), the map of this mean by the
+    /// cosines 1 / sum (o / c) is the logarithm of the mean of f c + e over the shares o / c. Its derivative by the mapped BRDF is
+    /// (o / c) (f c + e), relative to the sum of these. Of the three channels, it is the mean.
+    pub(super) fn linearized(
+        &self,
+        apertures: &[Option<&Aperture>],
+        expected: &[[f64; 3]],
+    ) -> Self {
+        let mut sums = self.clone();
+        sums.sums.clear();
+        sums.rows = DMatrix::zeros(apertures.len(), self.rows.ncols());
+        sums.is_gray = apertures
+            .iter()
+            .map(|aperture| aperture.is_some_and(|aperture| aperture.is_gray))
+            .collect();
+        sums.cosines.clear();
+        sums.centers.clear();
+        let mut first = 0;
+        for (index, aperture) in apertures.iter().enumerate() {
+            let Some(aperture) = aperture else {
+                sums.rows.set_row(index, &self.rows.row(first));
+                sums.sums.push(first..first + 1);
+                sums.cosines.push(self.cosines[first]);
+                sums.centers.push(self.centers[first]);
+                first += 1;
+                continue;
+            };
+            let range = first..first + aperture.directions.len();
+            let shares = range.clone().zip(&aperture.directions);
+            let shares = shares.map(|(at, (_, share))| share / f64::from(self.cosines[at]));
+            let shares: Vec<f64> = shares.collect();
+            // f c + e, relative to e.
+            let light = range.clone().map(|at| {
+                let center = self.centers[at];
+                [0, 1, 2].map(|channel: usize| {
+                    let mapped = f64::from(center[channel]) + expected[at][channel];
+                    mapped.min(MAX_MAPPED).exp()
+                })
+            });
+            let light: Vec<[f64; 3]> = light.collect();
+            let cosines = 1.0 / shares.iter().sum::<f64>();
+            let totals = [0, 1, 2].map(|channel: usize| {
+                let terms = shares.iter().zip(&light);
+                cosines
+                    * terms
+                        .map(|(share, light)| share * light[channel])
+                        .sum::<f64>()
+            });
+            let luminance: f64 = totals
+                .iter()
+                .zip(LUMINANCE)
+                .map(|(total, y)| total * y)
+                .sum();
+            let mut constant = if aperture.is_gray {
+                [luminance.ln(); 3]
+            } else {
+                totals.map(f64::ln)
+            };
+            for ((at, share), light) in range.clone().zip(&shares).zip(&light) {
+                let terms = light.iter().zip(LUMINANCE).zip(totals);
+                let weight: f64 = if aperture.is_gray {
+                    terms.map(|((light, y), _)| light * y).sum::<f64>() / luminance
+                } else {
+                    terms.map(|((light, _), total)| light / total).sum::<f64>() / 3.0
+                };
+                let weight = cosines * share * weight;
+                sums.weights[at] = weight;
+                let mut row = sums.rows.row_mut(index);
+                row += self.rows.row(at) * weight;
+                let mean = expected[at].iter().sum::<f64>() / 3.0;
+                for (constant, expected) in constant.iter_mut().zip(expected[at]) {
+                    *constant -= weight * if aperture.is_gray { mean } else { expected };
+                }
+            }
+            sums.cosines.push(cosines as f32);
+            sums.centers.push(constant.map(|constant| constant as f32));
+            sums.sums.push(range.clone());
+            first = range.end;
+        }
+        sums
+    }
+
+    /// Returns the BRDFs of sums (linear RGB, sr^-1, not times the cosine), mapped and minus the centers.
+    pub(super) fn mapped(&self, brdf: &[[f32; 3]]) -> [Vec<f64>; 3] {
+        let places = self.cosines.iter().zip(&self.centers);
+        [0, 1, 2].map(|channel: usize| {
+            let pairs = brdf.iter().zip(places.clone());
+            let mapped = pairs.map(|(brdf, (cosines, center))| {
+                f64::from(map(brdf[channel].max(0.0), *cosines) - center[channel])
+            });
+            mapped.collect()
+        })
+    }
+
+    /// Returns the covariances of the discrepancy of a channel in these sums with that in others: a column for each of the
+    /// others.
     pub(super) fn discrepancy(&self, others: &Self) -> SparseColumns {
-        let columns = others.places.par_iter().map(|other| {
-            let rows = self.places.iter().enumerate();
-            let entries =
-                rows.filter_map(|(row, place)| Some((row, VARIANCE * correlation(place, other)?)));
+        let columns = others.sums.par_iter().map(|other| {
+            let rows = self.sums.iter().enumerate();
+            let entries = rows.filter_map(|(row, own)| {
+                let pairs = own
+                    .clone()
+                    .flat_map(|at| other.clone().map(move |to| (at, to)));
+                let terms = pairs.filter_map(|(at, to)| {
+                    let weight = self.weights[at] * others.weights[to];
+                    Some(weight * correlation(&self.places[at], &others.places[to])?)
+                });
+                // Places that are too far apart have no entry.
+                terms
+                    .reduce(|sum, term| sum + term)
+                    .map(|sum| (row, VARIANCE * sum))
+            });
             entries.collect()
         });
         columns.collect()

@@ -53,6 +53,8 @@ pub struct Geometry {
 const BLACK_GLASS: f64 = 1.567;
 /// The full angles of a gloss meter's source, in the plane of incidence and across it, degrees (ISO 2813).
 const SOURCE: [f64; 2] = [0.75, 2.5];
+/// The standard deviation of a gloss meter's number, whose last digit is a tenth, gloss units.
+const GLOSS_RESOLUTION: f64 = 0.05;
 /// The light's polar angle in a sphere d:8, by reciprocity, and half the angle of its trap, degrees.
 const SPHERE: [f64; 2] = [8.0, 5.0];
 /// The polar angle at which the sphere's sensor is placed for the estimate of a point, degrees.
@@ -108,21 +110,27 @@ impl Instrument {
         };
         let pairs = nodes.into_iter();
         let pairs = pairs.map(|(sensor, weight)| (light, sensor, weight));
-        Geometry::of_nodes([light, sensor], pairs, self.gloss().is_some())
+        let gloss_unit = self.brdf_of_gloss_unit();
+        Geometry::of_nodes([light, sensor], pairs, gloss_unit)
     }
 }
 
 impl Geometry {
+    /// Returns the geometry of a reading exactly at directions, angles in radians.
+    #[must_use]
+    pub const fn exact(angles: Angles<f32>) -> Self {
+        Self {
+            angles,
+            aperture: None,
+        }
+    }
+
     /// Returns the geometry of light and sensor in cones of these full angles in degrees, up to 0 for an exact direction; None
     /// if a direction is not above the horizon.
     #[must_use]
     pub fn new(light: [f64; 3], sensor: [f64; 3], spread: [f64; 2]) -> Option<Self> {
         if spread == [0.0; 2] {
-            let angles = above_horizon(rusinkiewicz(light, sensor))?;
-            return Some(Self {
-                angles,
-                aperture: None,
-            });
+            return above_horizon(rusinkiewicz(light, sensor)).map(Self::exact);
         }
         let [lights, sensors] =
             [(light, spread[0], 0.0), (sensor, spread[1], 0.5)].map(|(axis, spread, turn)| {
@@ -139,14 +147,15 @@ impl Geometry {
             let sensors = sensors.iter();
             sensors.map(move |(sensor, other)| (*light, *sensor, share * other))
         });
-        Self::of_nodes([light, sensor], pairs, false)
+        Self::of_nodes([light, sensor], pairs, None)
     }
 
-    /// Returns the geometry of weighted pairs of light and sensor, without those below the horizon.
+    /// Returns the geometry of weighted pairs of light and sensor, without those below the horizon. Readings in gloss units are
+    /// gray.
     fn of_nodes(
         [light, sensor]: [[f64; 3]; 2],
         pairs: impl Iterator<Item = ([f64; 3], [f64; 3], f64)>,
-        is_gray: bool,
+        gloss_unit: Option<f64>,
     ) -> Option<Self> {
         let pairs = pairs.filter_map(|(light, sensor, weight)| {
             Some((above_horizon(rusinkiewicz(light, sensor))?, weight))
@@ -158,7 +167,8 @@ impl Geometry {
             angles: above_horizon(rusinkiewicz(light, sensor))?,
             aperture: Some(Arc::new(Aperture {
                 directions,
-                is_gray,
+                is_gray: gloss_unit.is_some(),
+                resolution: GLOSS_RESOLUTION * gloss_unit.unwrap_or_default(),
             })),
         })
     }

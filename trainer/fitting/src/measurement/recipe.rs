@@ -4,9 +4,10 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
-use crate::linear::{MaterialPrior, Posterior};
+use super::instrument::Geometry;
+use crate::linear::{Aperture, MaterialPrior, Posterior, PosteriorReading};
 use crate::recipe::{RecipeDefect, RecipeFile, RecipeFileError};
-use glimpse_core::error::Error;
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
 use glimpse_kernels::scan::{ReadSample, ScanOutcome, scan_with_missing};
@@ -36,6 +37,8 @@ pub struct NamedRecipe {
     pub basis: Option<Arc<BasisTable>>,
     /// The prior of materials, for predictions: its own, or else that of `linear-any`.
     pub prior: MaterialPrior,
+    /// The apertures of its samples; empty for exact directions.
+    pub apertures: Vec<Option<Arc<Aperture>>>,
     /// True if it was made for the directions of readings, so that a fit is the expected material.
     is_of_directions: bool,
 }
@@ -53,6 +56,7 @@ impl NamedRecipe {
             name,
             file,
             basis,
+            apertures: Vec::new(),
             is_of_directions: false,
         }
     }
@@ -135,8 +139,41 @@ impl NamedRecipe {
             file: Arc::new(file),
             basis: needs_basis.then_some(basis),
             prior: self.prior.clone(),
+            apertures: Vec::new(),
             is_of_directions: true,
         })
+    }
+
+    /// Returns the recipe of readings at directions or with apertures, which this one without a pattern fits.
+    ///
+    /// # Errors
+    /// As [`at`](Self::at).
+    pub fn at_geometries(&self, geometries: &[Geometry]) -> Result<Self, RecipeDefect> {
+        let directions = geometries.iter().map(|geometry| geometry.angles);
+        let apertures = geometries.iter().map(|geometry| geometry.aperture.clone());
+        Ok(Self {
+            apertures: apertures.collect(),
+            ..self.at(&directions.collect::<Vec<_>>())?
+        })
+    }
+
+    /// Returns the posterior of readings of this recipe's samples, and the readings as BRDFs exactly at their directions, as a
+    /// [`scan`](Self::scan) takes them.
+    ///
+    /// # Errors
+    /// If a number is not finite.
+    pub fn posterior(
+        &self,
+        readings: &[PosteriorReading],
+    ) -> Result<(Posterior, Vec<[f32; 3]>), Error> {
+        let posterior = Posterior::new(&self.prior, readings);
+        let posterior = posterior.ok_or(Error::new(ErrorCode::Diverged))?;
+        let mut exact: Vec<[f32; 3]> = readings.iter().map(|reading| reading.brdf).collect();
+        if readings.iter().any(|reading| reading.aperture.is_some()) {
+            let directions = readings.iter().map(|reading| reading.angles);
+            exact = posterior.exact(directions.collect());
+        }
+        Ok((posterior, exact))
     }
 
     /// Fits the readings of a posterior, which `read` returns by sample: at any directions to the expected material, and

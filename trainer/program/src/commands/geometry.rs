@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_core::geometry::Angles;
-use glimpse_fitting::measurement::{AngleArgs, AngleTable, NamedRecipe, ReadingSet};
+use glimpse_fitting::measurement::{AngleArgs, AngleTable, Geometry, NamedRecipe, ReadingSet};
 use glimpse_fitting::recipe::RecipeFile;
 
 use super::{read_recipe, require_pattern};
@@ -43,18 +43,19 @@ impl GeometryArgs {
             "--geometry has no effect, because {} has directions of its own: remove it",
             named.name
         );
-        let recipe = named.at(&directions(geometry)?);
+        let recipe = named.at_geometries(&geometries(geometry)?);
         recipe.context("--geometry")
     }
 }
 
-/// Returns the directions of an instrument, or else of a file.
-fn directions(geometry: &Path) -> anyhow::Result<Vec<Angles<f32>>> {
+/// Returns the readings of instruments, or else the directions of a file.
+fn geometries(geometry: &Path) -> anyhow::Result<Vec<Geometry>> {
     let name = geometry.to_str().unwrap_or_default();
-    match ReadingSet::parse(name) {
-        Some(sets) => Ok(sets.into_iter().flat_map(ReadingSet::directions).collect()),
-        None => read_directions(geometry).context("--geometry names a file"),
+    if let Some(sets) = ReadingSet::parse(name) {
+        return Ok(ReadingSet::geometries(&sets, 0.0));
     }
+    let directions = read_directions(geometry).context("--geometry names a file")?;
+    Ok(directions.into_iter().map(Geometry::exact).collect())
 }
 
 /// Reads a file of directions, at least one.

@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
 use glimpse_evaluation::evaluation::names;
 use glimpse_fitting::choice::Choice;
-use glimpse_fitting::measurement::Instrument;
+use glimpse_fitting::measurement::ReadingSet;
 use glimpse_fitting::recipe::options::{Schedule, TrainingOptions};
 
 /// The paper's number of samples n.
@@ -69,8 +69,8 @@ pub(super) enum Variation {
     Replaced(usize, u64),
     /// Samples drawn by importance of the mean BRDF.
     Importance,
-    /// Readings at the directions of an instrument, with both arms displaced from the normal by a number of degrees.
-    Readings(Instrument, u8),
+    /// Readings of sets, with both arms of exact directions displaced from the normal by a number of degrees.
+    Readings(&'static [ReadingSet], u8),
     /// A number of readings, each at the direction that reduces the expected loss most per second.
     Chosen(usize),
     /// [`REFINEMENT_STEPS`] further steps on fresh random samples.
@@ -87,8 +87,9 @@ impl fmt::Display for Variation {
             Self::Within(seconds) => write!(f, "{seconds} s of motion"),
             Self::Replaced(count, _) => write!(f, "{count} of {SAMPLES} replaced"),
             Self::Importance => f.write_str("importance"),
-            Self::Readings(instrument, degrees) => {
-                f.write_str(&instrument.name())?;
+            Self::Readings(sets, degrees) => {
+                let names = sets.iter().map(|set| set.name());
+                f.write_str(&names.collect::<Vec<_>>().join(", "))?;
                 match degrees {
                     0 => Ok(()),
                     degrees => write!(f, ", {degrees} degree off"),

@@ -19,7 +19,7 @@ use glimpse_evaluation::evaluation::{
 };
 use glimpse_fitting::choice::Choice;
 use glimpse_fitting::linear::Candidates;
-use glimpse_fitting::measurement::NamedRecipe;
+use glimpse_fitting::measurement::{NamedRecipe, ReadingSet};
 use glimpse_fitting::recipe::options::{
     Effort, PretrainedInit, Schedule, TrainedParts, TrainingOptions,
 };
@@ -281,8 +281,8 @@ impl<'a> Store<'a> {
         };
         let seed = self.settings.seed;
         let mut named = self.recipe(&trained)?;
-        if let Variation::Readings(instrument, _) = case.variation {
-            named = named.at(&instrument.directions(0.0))?;
+        if let Variation::Readings(sets, _) = case.variation {
+            named = named.at_geometries(&ReadingSet::geometries(sets, 0.0))?;
         }
         let (recipe, basis) = (named.file.recipe(), named.basis.as_deref());
         let at = |directions| Method::at_directions(case.method(), &recipe, basis, directions);
@@ -297,8 +297,8 @@ impl<'a> Store<'a> {
                 let pattern = replace_samples(&pattern, count, seed.wrapping_add(run << 32));
                 at(SampleDirections::Pattern(pattern))?
             }
-            (Variation::Readings(instrument, displacement), _) => {
-                Method::on_host(&named)?.measured_at(instrument.directions(displacement.into()))
+            (Variation::Readings(sets, displacement), _) => {
+                Method::on_host(&named)?.measured_at(displaced(sets, displacement))
             }
             (Variation::Chosen(count), _) => Method::adaptive(Adaptive {
                 recipe: &named,
@@ -335,9 +335,9 @@ impl<'a> Store<'a> {
             return use_method(Method::linear(case.method(), &basis, eta, directions));
         }
         use_method(match (case.approach, case.variation) {
-            (Approach::Ggx, Variation::Readings(instrument, displacement)) => {
-                Method::ggx(instrument.directions(0.0))
-                    .measured_at(instrument.directions(displacement.into()))
+            (Approach::Ggx, Variation::Readings(sets, displacement)) => {
+                Method::ggx(ReadingSet::geometries(sets, 0.0))
+                    .measured_at(displaced(sets, displacement))
             }
             (Approach::Optimum, _) => Method::optimum(model, self.optimum_steps(model)),
             _ => Method::random(model, samples, INNER_STEPS),
@@ -381,6 +381,12 @@ impl<'a> Store<'a> {
         write_file(&path, serde_json::to_string_pretty(&report)?.as_bytes())?;
         Ok(report)
     }
+}
+
+/// Returns the directions of readings whose arms are displaced by a number of degrees.
+fn displaced(sets: &[ReadingSet], degrees: u8) -> Vec<Angles<f32>> {
+    let geometries = ReadingSet::geometries(sets, degrees.into()).into_iter();
+    geometries.map(|geometry| geometry.angles).collect()
 }
 
 /// Records a value in a file, or compares it with the one that an earlier run recorded there.
