@@ -6,7 +6,7 @@ use glimpse_kernels::ModelKernels;
 use serde::{Deserialize, Serialize};
 
 use crate::basis::{BasisTable, Kernels, Reconstruction};
-use crate::{Brdf, BrdfWithDerivative, Viewing, weighted_sums};
+use crate::{Brdf, BrdfWithDerivative, Viewing, angles_of, weighted_sums};
 
 /// The BRDF of a fit: a model and its parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -227,6 +227,14 @@ impl Brdf for BandGroup<'_> {
 
 /// Returns the bands of fits at each of these directions: the first `per_fit` channels of each fit.
 fn evaluate(fits: &[FittedBrdf], per_fit: usize, at: &[HalfDifference<f32>]) -> Vec<Vec<f32>> {
+    let linear = fits.iter().map(|fit| fit.reconstruction.as_ref());
+    if let Some(linear) = linear.collect::<Option<Vec<_>>>() {
+        let spectra = at.iter().map(|at| {
+            let weight = f64::from(at.cos_theta_i()) * f64::from(at.cos_theta_o());
+            Reconstruction::brdf_of_all(&linear, &angles_of(at), weight).concat()
+        });
+        return spectra.collect();
+    }
     let mut spectra = vec![Vec::new(); at.len()];
     for fit in fits {
         for (spectrum, brdf) in spectra.iter_mut().zip(fit.values_at(at)) {

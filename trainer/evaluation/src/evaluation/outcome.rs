@@ -1,7 +1,8 @@
 //! The result of a method for one material.
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::model::ModelKind;
-use glimpse_fitting::linear::PosteriorReading;
+use glimpse_fitting::linear::{Posterior, PosteriorReading};
 use glimpse_fitting::measurement::NamedRecipe;
 use glimpse_kernels::scan::LossPrediction;
 use glimpse_materials::basis::BasisTable;
@@ -55,9 +56,9 @@ impl Outcome {
         material: &dyn Material,
     ) -> Result<Self, EvaluationError> {
         let present: Vec<PosteriorReading> = samples.iter().flatten().cloned().collect();
-        let (posterior, exact) = recipe.posterior(&present)?;
-        let posterior = &posterior;
-        let mut exact = exact.into_iter();
+        let posterior = Posterior::new(&recipe.prior, &present);
+        let posterior = &posterior.ok_or(Error::new(ErrorCode::Diverged))?;
+        let mut exact = posterior.exact(&present).into_iter();
         let exact = samples
             .iter()
             .map(|sample| sample.as_ref().and_then(|_| exact.next()));

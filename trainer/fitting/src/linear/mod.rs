@@ -1,8 +1,10 @@
 //! Components of materials at any directions: the posterior of readings, proposals of directions, and files of bases.
 
 mod aperture;
+mod bands;
 mod compact;
 mod components_at;
+mod design;
 mod evidence;
 mod inverse;
 mod least_squares;

@@ -15,10 +15,11 @@ use std::sync::Arc;
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::linear::{EPSILON, unmap};
 use glimpse_materials::basis::{BasisTable, Kernels};
-use nalgebra::{Cholesky, DMatrix};
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::aperture::Aperture;
+use super::design::{Design, Part, discrepancy_after, of_parts, without_readings};
 use super::inverse::inverse;
 use super::prior::{
     DIFFERENCE_SHARE, LENGTHS, MaterialPrior, PriorAt, SHARES, SparseColumns, VARIANCE, dense,
@@ -85,106 +86,22 @@ pub(super) struct Predicted {
     pub(super) variance: f64,
 }
 
-/// The part of a posterior that does not depend on the values of readings.
-#[derive(Clone, Debug)]
-struct Design {
-    prior: MaterialPrior,
-    at: PriorAt,
-    /// The variances of the readings' noise.
-    noise: Vec<f64>,
-    /// Those of the mean of the channels, and of the differences, which readings without color do not have.
-    parts: [Part; 2],
-}
-
-/// A part of a [`Design`].
-#[derive(Clone, Debug)]
-struct Part {
-    /// R^-1, n x n. Rows and columns of removed readings are 0. Without gray readings, both parts share it.
-    inverse: Arc<DMatrix<f64>>,
-    /// R^-1 Q, n x K.
-    gain: Arc<DMatrix<f64>>,
-    /// The covariance of the coefficients: (V^-1 + Q' R^-1 Q / share)^-1, K x K.
-    covariance: DMatrix<f64>,
-}
-
 /// The posterior of a material, given readings.
 #[derive(Clone, Debug)]
 pub struct Posterior {
-    design: Arc<Design>,
+    pub(super) design: Arc<Design>,
     /// y of the mean and of the differences of the channels, a column for each list.
-    targets: [DMatrix<f64>; 2],
+    pub(super) targets: [DMatrix<f64>; 2],
     /// The expected coefficients of these lists.
-    coefficients: [DMatrix<f64>; 2],
+    pub(super) coefficients: [DMatrix<f64>; 2],
     /// R^-1 (y - Q a) of these lists.
-    weights: [DMatrix<f64>; 2],
+    pub(super) weights: [DMatrix<f64>; 2],
     /// y' S^-1 y of the mean, and of the differences, which have two independent lists, over 3.
     evidence: f64,
     /// The number of readings that were not removed.
     count: usize,
     /// A third of the number of channels of these readings, in which a gray one has one.
     degrees: f64,
-}
-
-impl Design {
-    /// `inverses` are those of both parts. None if a number is not finite.
-    fn new(
-        (prior, at, noise): (MaterialPrior, PriorAt, Vec<f64>),
-        inverses: [Arc<DMatrix<f64>>; 2],
-    ) -> Option<Self> {
-        let gains = of_parts(&inverses, |inverse| inverse * &at.rows);
-        let part = |part: usize| {
-            let (inverse, gain) = (inverses[part].clone(), gains[part].clone());
-            let mut precision = at.rows.transpose() * &*gain / SHARES[part];
-            for (k, variance) in prior.variance[part].iter().enumerate() {
-                precision[(k, k)] += 1.0 / variance;
-            }
-            Some(Part {
-                covariance: Cholesky::new(precision)?.inverse(),
-                inverse,
-                gain,
-            })
-        };
-        Some(Self {
-            parts: [part(0)?, part(1)?],
-            noise,
-            at,
-            prior,
-        })
-    }
-
-    /// Returns the inverses of both parts.
-    fn inverses(&self) -> [Arc<DMatrix<f64>>; 2] {
-        self.parts.each_ref().map(|part| part.inverse.clone())
-    }
-}
-
-/// Computes something of both parts' matrices, once if they share one.
-fn of_parts<T>(
-    matrices: &[Arc<DMatrix<f64>>; 2],
-    compute: impl Fn(&DMatrix<f64>) -> T,
-) -> [Arc<T>; 2] {
-    let [mean, differences] = matrices;
-    let of_mean = Arc::new(compute(mean));
-    let of_differences = if Arc::ptr_eq(mean, differences) {
-        of_mean.clone()
-    } else {
-        Arc::new(compute(differences))
-    };
-    [of_mean, of_differences]
-}
-
-/// Returns R^-1 without some readings, whose rows and columns are 0 then.
-fn without_readings(inverse: &DMatrix<f64>, group: impl Iterator<Item = usize>) -> DMatrix<f64> {
-    let mut inverse = inverse.clone();
-    for index in group {
-        let column = inverse.column(index).into_owned();
-        if column[index] > 0.0 {
-            inverse.ger(-1.0 / column[index], &column, &column, 1.0);
-            inverse.column_mut(index).fill(0.0);
-            inverse.row_mut(index).fill(0.0);
-        }
-    }
-    inverse
 }
 
 impl Posterior {
@@ -249,14 +166,7 @@ impl Posterior {
         posterior.evidence.is_finite().then_some(posterior)
     }
 
-    /// Returns the posterior of other readings at the same directions (BRDF in linear RGB, sr^-1, not times the cosine), with
-    /// the same noise.
-    #[must_use]
-    pub fn of(&self, brdf: &[[f32; 3]]) -> Self {
-        Self::of_targets(mapped(&self.design.at, brdf), self.design.clone())
-    }
-
-    fn of_targets(targets: [DMatrix<f64>; 2], design: Arc<Design>) -> Self {
+    pub(super) fn of_targets(targets: [DMatrix<f64>; 2], design: Arc<Design>) -> Self {
         let coefficients = [0, 1].map(|part: usize| {
             let Part {
                 gain, covariance, ..
@@ -326,20 +236,23 @@ impl Posterior {
     /// [kernels](Self::kernels).
     #[must_use]
     pub fn coefficients(&self) -> [Vec<f32>; 3] {
+        [0, 1, 2].map(|channel| self.coefficients_of(channel))
+    }
+
+    /// Returns those of a channel or band.
+    #[must_use]
+    pub fn coefficients_of(&self, channel: usize) -> Vec<f32> {
         let at = &self.design.at;
-        [0, 1, 2].map(|channel| {
-            let sum = |[mean, differences]: &[DMatrix<f64>; 2]| {
-                mean.column(0) + differences.column(channel)
-            };
-            let (components, readings) = (sum(&self.coefficients), sum(&self.weights));
-            let components = components.iter().map(|value| *value as f32);
-            let sums = at.sums.iter().zip(readings.iter());
-            let kernels = sums.flat_map(|(directions, reading)| {
-                let weights = at.weights[directions.clone()].iter();
-                weights.map(move |weight| (VARIANCE * weight * reading) as f32)
-            });
-            components.chain(kernels).collect()
-        })
+        let sum =
+            |[mean, differences]: &[DMatrix<f64>; 2]| mean.column(0) + differences.column(channel);
+        let (components, readings) = (sum(&self.coefficients), sum(&self.weights));
+        let components = components.iter().map(|value| *value as f32);
+        let sums = at.sums.iter().zip(readings.iter());
+        let kernels = sums.flat_map(|(directions, reading)| {
+            let weights = at.weights[directions.clone()].iter();
+            weights.map(move |weight| (VARIANCE * weight * reading) as f32)
+        });
+        components.chain(kernels).collect()
     }
 
     /// Returns the factor of all variances, without the evidence of a number of readings.
@@ -461,36 +374,32 @@ impl Posterior {
         columns.par_iter().enumerate().map(predict).collect()
     }
 
-    /// Returns readings as BRDFs exactly at directions, one for each reading (linear RGB, sr^-1, not times the cosine): what the
-    /// expected material does not explain of a reading's mapped value is added to that of the expected material at its direction.
+    /// Returns readings of this posterior as BRDFs exactly at their directions (linear RGB, sr^-1, not times the cosine). With
+    /// apertures, what the expected material does not explain of a reading's mapped value is added to that of the expected
+    /// material at its direction.
     #[must_use]
-    pub fn exact(&self, directions: Vec<Angles<f32>>) -> Vec<[f32; 3]> {
-        let at = self.prior().at(directions);
+    pub fn exact(&self, readings: &[PosteriorReading]) -> Vec<[f32; 3]> {
+        if readings.iter().all(|reading| reading.aperture.is_none()) {
+            return readings.iter().map(|reading| reading.brdf).collect();
+        }
+        let directions = readings.iter().map(|reading| reading.angles);
+        let at = self.prior().at(directions.collect());
         let expected = self.predict(&at).into_iter().enumerate();
         let exact = expected.map(|(i, predicted)| {
             [0, 1, 2].map(|channel: usize| {
-                let weight = self.weights[0][(i, 0)] + self.weights[1][(i, channel)];
-                let mapped = f64::from(at.centers[i][channel]) + predicted.expected[channel];
-                // y - q'a - k' R^-1 (y - Q a) is N R^-1 (y - Q a).
-                let mapped = mapped + self.design.noise[i] * weight;
+                let center = f64::from(at.centers[i][channel]);
+                let mapped = center + predicted.expected[channel] + self.rest(i, channel);
                 unmap(mapped, f64::from(at.cosines[i])).max(0.0) as f32
             })
         });
         exact.collect()
     }
-}
 
-/// Returns the variance of the discrepancy of a channel, given its covariances with the readings: s^2 - k' R^-1 k.
-fn discrepancy_after(inverse: &DMatrix<f64>, column: &[(usize, f64)]) -> f64 {
-    let terms = column.iter().map(|(row, entry)| {
-        // The inverse is symmetric: what is above its diagonal counts twice.
-        let solved = inverse.column(*row);
-        let solved = solved.as_slice();
-        let above = column.iter().take_while(|(other, _)| other < row);
-        let above: f64 = above.map(|(other, entry)| entry * solved[*other]).sum();
-        entry * (2.0 * above + entry * solved[*row])
-    });
-    VARIANCE - terms.sum::<f64>()
+    /// Returns what the expected material does not explain of a reading's mapped value in a channel: N R^-1 (y - Q a).
+    pub(super) fn rest(&self, reading: usize, channel: usize) -> f64 {
+        let weight = self.weights[0][(reading, 0)] + self.weights[1][(reading, channel)];
+        self.design.noise[reading] * weight
+    }
 }
 
 /// Returns the mapped readings minus the mean of the training: the mean of the channels, and the differences from it.

@@ -1,6 +1,6 @@
 //! Fits of lab readings.
 
-use crate::linear::Posterior;
+use crate::linear::{Posterior, PosteriorReading};
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::model::ModelKind;
 use glimpse_core::scan::Residual;
@@ -22,6 +22,8 @@ pub struct Selection {
     pub outliers: Outliers,
     /// The distribution of the material, given the used readings.
     pub posterior: Posterior,
+    /// The known readings, used or not.
+    known: Vec<PosteriorReading>,
 }
 
 /// The result of a fit.
@@ -110,7 +112,8 @@ impl Selection {
         let prior = &readings.recipe.prior;
         let of_samples = known.iter();
         let of_samples = of_samples.filter_map(|index| readings.samples[*index].for_posterior());
-        let posterior = Posterior::new(prior, &of_samples.collect::<Vec<_>>());
+        let of_samples: Vec<PosteriorReading> = of_samples.collect();
+        let posterior = Posterior::new(prior, &of_samples);
         let mut posterior = posterior.ok_or(Error::new(ErrorCode::Diverged))?;
         let outliers = Outliers::find(posterior.clone(), &known, &mut readings.samples);
         if tolerates_missing {
@@ -138,6 +141,7 @@ impl Selection {
         }
         Ok(Self {
             posterior,
+            known: of_samples,
             readings,
             outliers,
         })
@@ -158,8 +162,13 @@ impl MaterialFit {
         let selection = Selection::new(readings, keep_all)?;
         let readings = &selection.readings;
         let samples = &readings.samples;
-        let mut read = |index: u16, _| samples.get(usize::from(index))?.used();
         let posterior = &selection.posterior;
+        let mut exact = vec![None; samples.len()];
+        let readings_of_known = posterior.exact(&selection.known);
+        for (sample, brdf) in known_readings(samples).into_iter().zip(readings_of_known) {
+            exact[sample] = samples[sample].used().map(|_| brdf);
+        }
+        let mut read = |index: u16, _| *exact.get(usize::from(index))?;
         let result = readings.recipe.scan(posterior, &mut read)?;
         let basis = readings.recipe.basis_of(posterior);
         let fitted = FittedBrdf::new(model, result.values, basis.as_deref());
@@ -167,7 +176,7 @@ impl MaterialFit {
         // The values of a fit that ended are finite, and match the recipe's basis.
         let mut material = material.ok_or(Error::new(ErrorCode::Diverged))?;
         if is_in_bands {
-            material = material.with_bands(fit_bands(readings, posterior)?);
+            material = material.with_bands(fit_bands(readings, posterior, &selection.known)?);
         }
         let prediction = result.prediction;
         let mut residual = result.residual;

@@ -5,9 +5,9 @@ use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
 use super::instrument::Geometry;
-use crate::linear::{Aperture, MaterialPrior, Posterior, PosteriorReading};
+use crate::linear::{Aperture, MaterialPrior, Posterior};
 use crate::recipe::{RecipeDefect, RecipeFile, RecipeFileError};
-use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::error::Error;
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
 use glimpse_kernels::scan::{ReadSample, ScanOutcome, scan_with_missing};
@@ -155,25 +155,6 @@ impl NamedRecipe {
             apertures: apertures.collect(),
             ..self.at(&directions.collect::<Vec<_>>())?
         })
-    }
-
-    /// Returns the posterior of readings of this recipe's samples, and the readings as BRDFs exactly at their directions, as a
-    /// [`scan`](Self::scan) takes them.
-    ///
-    /// # Errors
-    /// If a number is not finite.
-    pub fn posterior(
-        &self,
-        readings: &[PosteriorReading],
-    ) -> Result<(Posterior, Vec<[f32; 3]>), Error> {
-        let posterior = Posterior::new(&self.prior, readings);
-        let posterior = posterior.ok_or(Error::new(ErrorCode::Diverged))?;
-        let mut exact: Vec<[f32; 3]> = readings.iter().map(|reading| reading.brdf).collect();
-        if readings.iter().any(|reading| reading.aperture.is_some()) {
-            let directions = readings.iter().map(|reading| reading.angles);
-            exact = posterior.exact(directions.collect());
-        }
-        Ok((posterior, exact))
     }
 
     /// Fits the readings of a posterior, which `read` returns by sample: at any directions to the expected material, and

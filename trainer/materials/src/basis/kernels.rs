@@ -84,13 +84,27 @@ impl KernelSum {
     /// Returns the sums at a pair of directions.
     #[must_use]
     pub fn at(&self, at: &HalfDifference<f32>) -> [f32; 3] {
+        self.sum(self.correlations(at))
+    }
+
+    /// Returns the indices and the values of the kernels that are not 0 at a pair of directions.
+    pub(super) fn correlations(
+        &self,
+        at: &HalfDifference<f32>,
+    ) -> impl Iterator<Item = (usize, f32)> + use<'_> {
         let place = Kernels::place(self.lengths, at);
+        let kernels = self.kernels.iter().enumerate();
+        kernels.filter_map(move |(index, (other, _))| {
+            Some((index, correlation(&place, other)? as f32))
+        })
+    }
+
+    /// Returns the sums of kernels with these values.
+    pub(super) fn sum(&self, correlations: impl Iterator<Item = (usize, f32)>) -> [f32; 3] {
         let mut sums = [0.0; 3];
-        for (other, weights) in &self.kernels {
-            if let Some(correlation) = correlation(&place, other) {
-                for (sum, weight) in sums.iter_mut().zip(weights) {
-                    *sum += correlation as f32 * weight;
-                }
+        for (index, correlation) in correlations {
+            for (sum, weight) in sums.iter_mut().zip(self.kernels[index].1) {
+                *sum += correlation * weight;
             }
         }
         sums

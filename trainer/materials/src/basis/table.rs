@@ -280,8 +280,28 @@ impl Reconstruction {
     /// cos(theta_o).
     #[must_use]
     pub fn brdf(&self, angles: &Angles<f32>, weight: f64) -> [f32; 3] {
-        let (mut mapped, log_median) = self.interpolate(self.nodes.corners(angles.map(f64::from)));
         let kernels = self.kernels.at(&HalfDifference::from_angles(*angles));
+        self.value(&self.nodes.corners(angles.map(f64::from)), kernels, weight)
+    }
+
+    /// Returns the [BRDFs](Self::brdf) of reconstructions with the same basis, for which nodes and kernels are found once.
+    #[must_use]
+    pub fn brdf_of_all(all: &[&Self], angles: &Angles<f32>, weight: f64) -> Vec<[f32; 3]> {
+        let Some(first) = all.first() else {
+            return Vec::new();
+        };
+        let corners = first.nodes.corners(angles.map(f64::from));
+        let at = HalfDifference::from_angles(*angles);
+        let correlations: Vec<(usize, f32)> = first.kernels.correlations(&at).collect();
+        let values = all.iter().map(|one| {
+            let kernels = one.kernels.sum(correlations.iter().copied());
+            one.value(&corners, kernels, weight)
+        });
+        values.collect()
+    }
+
+    fn value(&self, corners: &[WeightedNode<f64>], kernels: [f32; 3], weight: f64) -> [f32; 3] {
+        let (mut mapped, log_median) = self.interpolate(corners.iter().copied());
         for (mapped, kernels) in mapped.iter_mut().zip(kernels) {
             *mapped += f64::from(kernels);
         }
