@@ -12,17 +12,14 @@ use glimpse_fitting::linear::{LUMINANCE, PosteriorReading};
 use crate::least_squares::Errors;
 use crate::shading::{Cosines, schlick, separable_lobe};
 
-/// Logarithms of the diffuse color, of the reflectance at normal incidence, and of the roughness: their bounds, and the mean and
-/// the inverse deviation of a weak prior, which keeps what the readings leave open.
-const PARAMETERS: [([f64; 2], [f64; 2]); 7] = [
-    ([-9.0, 1.5], [-2.0, 0.03]),
-    ([-9.0, 1.5], [-2.0, 0.03]),
-    ([-9.0, 1.5], [-2.0, 0.03]),
-    ([-9.0, 3.0], [-3.0, 0.03]),
-    ([-9.0, 3.0], [-3.0, 0.03]),
-    ([-9.0, 3.0], [-3.0, 0.03]),
-    ([-5.5, 0.3], [-1.5, 0.05]),
-];
+/// The number of parameters: logarithms of the diffuse color, of the reflectance at normal incidence, and of the roughness.
+const PARAMETERS: usize = 7;
+const BOUNDS: [f64; 2] = [-9.0, 3.0];
+/// The mean and the inverse deviation of a weak prior, which keeps what the readings leave open.
+const MEANS: [f64; PARAMETERS] = [-2.0, -2.0, -2.0, -3.0, -3.0, -3.0, -1.5];
+const WEIGHT: f64 = 0.03;
+/// The largest roughness.
+const MAX_ROUGHNESS: f64 = 1.3;
 /// The roughness of starts, and their diffuse color and reflectance.
 const ROUGHNESS: [f64; 3] = [0.05, 0.2, 0.5];
 const COLORS: [[f64; 2]; 2] = [[0.3, 0.04], [0.02, 0.5]];
@@ -31,7 +28,7 @@ const ROBUST_SCALE: f64 = 0.05;
 
 /// A fitted diffuse and GGX lobe.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ggx([f64; PARAMETERS.len()]);
+pub(super) struct Ggx([f64; PARAMETERS]);
 
 /// A reading: its directions with their shares, the cosines of its map, and its value.
 struct Target {
@@ -93,7 +90,7 @@ impl Ggx {
         let targets: Vec<Target> = readings.iter().map(Target::new).collect();
         let count: usize = targets.iter().map(Target::count).sum();
         let errors = Errors {
-            count: count + PARAMETERS.len(),
+            count: count + PARAMETERS,
             write: &|values, errors| {
                 let parameters = std::array::from_fn(|index| values[index]);
                 let ggx = Self(parameters);
@@ -106,12 +103,11 @@ impl Ggx {
                     }
                     rest = others;
                 }
-                let values = values.iter().zip(PARAMETERS);
-                for (prior, (value, (_, [mean, weight]))) in priors.iter_mut().zip(values) {
-                    *prior = weight * (value - mean);
+                for (prior, (value, mean)) in priors.iter_mut().zip(values.iter().zip(MEANS)) {
+                    *prior = WEIGHT * (value - mean);
                 }
             },
-            bounds: &PARAMETERS.map(|(bounds, _)| bounds),
+            bounds: &[BOUNDS; PARAMETERS],
             patience: 100,
         };
         let starts = ROUGHNESS
@@ -131,13 +127,13 @@ impl Ggx {
         });
         let best = fits.min_by(|(one, _), (other, _)| one.total_cmp(other));
         let (_, parameters) = best.unwrap_or_default();
-        let parameters: [f64; PARAMETERS.len()] = parameters.try_into().unwrap_or_default();
+        let parameters: [f64; PARAMETERS] = parameters.try_into().unwrap_or_default();
         Self(parameters)
     }
 
     fn brdf(&self, at: &Cosines) -> [f64; 3] {
         let [diffuse @ .., f0, f1, f2, roughness] = self.0;
-        let lobe = separable_lobe(roughness.exp(), at);
+        let lobe = separable_lobe(roughness.exp().min(MAX_ROUGHNESS), at);
         let normal = [f0, f1, f2].map(f64::exp);
         std::array::from_fn(|channel| {
             let fresnel = schlick(normal[channel], normal[channel].max(1.0), at.difference);

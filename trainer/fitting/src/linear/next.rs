@@ -10,7 +10,7 @@ use glimpse_core::gonio::Limits;
 use glimpse_materials::sampling::uniform_valid;
 use nalgebra::DMatrix;
 
-use super::posterior::{DEFAULT_NOISE, MIN_VARIANCE, Posterior};
+use super::posterior::{DEFAULT_NOISE, MIN_VARIANCE, Posterior, PosteriorReading, linearized};
 use super::prior::{DIFFERENCE_SHARE, SHARES, dense};
 use super::uncertainty::{Spread, loss_directions, prediction};
 use crate::route::Position;
@@ -26,15 +26,17 @@ const SEED: u64 = 77;
 /// The smallest difference of a candidate from all readings, in each of its angles, radians.
 const MIN_DIFFERENCE: f32 = 0.01;
 
-/// The directions to choose from.
+/// The readings to choose from, whose values do not matter.
 #[derive(Clone, Debug)]
-pub struct Candidates(Vec<Angles<f32>>);
+pub struct Candidates(pub Vec<PosteriorReading>);
 
 /// A direction to read.
 #[derive(Clone, Copy, Debug)]
 pub struct Proposal {
-    /// The direction, angles in radians.
+    /// The direction, or that in the middle of the aperture, angles in radians.
     pub angles: Angles<f32>,
+    /// The index of the candidate; None for a direction of `begin`.
+    pub candidate: Option<usize>,
     /// The time to move there and to read, in seconds. 0 without a machine.
     pub seconds: f64,
     /// The expected loss after this reading and the earlier ones.
@@ -64,8 +66,13 @@ impl Candidates {
             at.cos_theta_i().min(at.cos_theta_o()) > MIN_COSINE
                 && limits.check(&at.directions()).is_ok()
         };
-        Self(drawn.filter(is_within).take(CANDIDATES).collect())
+        let drawn = drawn.filter(is_within).take(CANDIDATES);
+        Self(drawn.map(without_value).collect())
     }
+}
+
+fn without_value(angles: Angles<f32>) -> PosteriorReading {
+    PosteriorReading::new(angles, [0.0; 3])
 }
 
 /// The joint distribution of the mapped BRDF at candidates, and at the directions of the loss.
@@ -79,11 +86,15 @@ struct Joint {
     scale: f64,
     /// The variance of a reading's noise.
     noise: f64,
+    /// True for a candidate that states nothing about the color.
+    is_gray: Vec<bool>,
 }
 
 impl Joint {
-    fn new(posterior: &Posterior, candidates: &[Angles<f32>]) -> Self {
-        let at = (posterior.prior()).at([candidates, &loss_directions()].concat());
+    fn new(posterior: &Posterior, candidates: &[PosteriorReading]) -> Self {
+        let of_loss = loss_directions().into_iter().map(without_value);
+        let all: Vec<PosteriorReading> = candidates.iter().cloned().chain(of_loss).collect();
+        let at = linearized(posterior.prior(), &all, |points| posterior.expected(points));
         let (discrepancy, rest) = posterior.remainder(&at);
         let own = at.discrepancy(&at);
         let explained = posterior.explained(&discrepancy);
@@ -98,6 +109,7 @@ impl Joint {
             covariance,
             scale: posterior.scale(0.0, 0),
             noise: f64::from(DEFAULT_NOISE).powi(2),
+            is_gray: at.is_gray,
         }
     }
 
@@ -109,7 +121,7 @@ impl Joint {
     /// Returns the sum over the directions of the loss by which a reading at a candidate would reduce the expected losses.
     fn reduction(&self, candidate: usize, slopes: &[f64]) -> f64 {
         let columns = [0, 1].map(|part: usize| self.covariance[part].column(candidate));
-        let totals = [0, 1].map(|part| columns[part][candidate] + self.noise_of(part));
+        let totals = [0, 1].map(|part| columns[part][candidate] + self.noise_of(part, candidate));
         let rows = (self.first_of_loss()..).zip(&self.spreads);
         let terms = rows.zip(slopes).map(|((row, spread), slope)| {
             let mean = columns[0][row].powi(2) / totals[0];
@@ -121,14 +133,17 @@ impl Joint {
         terms.sum()
     }
 
-    fn noise_of(&self, part: usize) -> f64 {
+    fn noise_of(&self, part: usize, candidate: usize) -> f64 {
+        if part == 1 && self.is_gray[candidate] {
+            return f64::INFINITY;
+        }
         self.noise * SHARES[part]
     }
 
     /// Assumes a reading at a candidate, with its expected value.
     fn assume(&mut self, candidate: usize) {
         for part in 0..2 {
-            let noise = self.noise_of(part);
+            let noise = self.noise_of(part, candidate);
             let covariance = &mut self.covariance[part];
             let column = covariance.column(candidate).into_owned();
             covariance.ger(-1.0 / (column[candidate] + noise), &column, &column, 1.0);
@@ -159,11 +174,13 @@ impl Posterior {
             return Vec::new();
         }
         let begin = begin.iter().filter(|angles| !is_among(angles, measured));
-        let mut angles: Vec<Angles<f32>> = begin.take(count).copied().collect();
-        let begun = angles.len();
-        angles.extend(&candidates.0);
-        let mut joint = Joint::new(self, &angles);
+        let begin = begin.take(count).copied().map(without_value);
+        let mut readings: Vec<PosteriorReading> = begin.collect();
+        let begun = readings.len();
+        readings.extend_from_slice(&candidates.0);
+        let mut joint = Joint::new(self, &readings);
         let mut used: Vec<Angles<f32>> = measured.to_vec();
+        let mut chosen_before = vec![false; readings.len()];
         let proposals = (0..count).map_while(|index| {
             let chosen = if index < begun {
                 index
@@ -171,23 +188,31 @@ impl Posterior {
                 let spreads = joint.spreads.iter();
                 let slopes = spreads.map(|spread| spread.change() / spread.deviation);
                 let slopes: Vec<f64> = slopes.collect();
-                let open = (0..angles.len()).filter(|index| !is_among(&angles[*index], &used));
+                let is_open = |index: &usize| {
+                    let reading = &readings[*index];
+                    let is_exact = reading.aperture.is_none();
+                    !(chosen_before[*index] || is_exact && is_among(&reading.angles, &used))
+                };
+                let open = (0..readings.len()).filter(is_open);
                 let scores = open.map(|index| {
                     let reduction = joint.reduction(index, &slopes);
                     let arms = position.as_ref();
-                    let seconds = arms.map_or(1.0, |arms| arms.seconds_to(angles[index]));
+                    let seconds = arms.map_or(1.0, |arms| arms.seconds_to(readings[index].angles));
                     (index, reduction / seconds)
                 });
                 let best = scores.max_by(|a, b| a.1.total_cmp(&b.1));
                 best.filter(|(_, score)| *score > 0.0)?.0
             };
-            used.push(angles[chosen]);
+            let angles = readings[chosen].angles;
+            used.push(angles);
+            chosen_before[chosen] = true;
             joint.assume(chosen);
             let prediction = prediction(&joint.spreads);
             let arms = position.as_mut();
             Some(Proposal {
-                angles: angles[chosen],
-                seconds: arms.map_or(0.0, |arms| arms.move_to(angles[chosen])),
+                angles,
+                candidate: chosen.checked_sub(begun),
+                seconds: arms.map_or(0.0, |arms| arms.move_to(angles)),
                 expected_loss: prediction.loss,
                 bound: prediction.bound.unwrap_or(f32::INFINITY),
             })
@@ -219,7 +244,8 @@ mod tests {
     }
 
     fn expected_loss_with(posterior: &Posterior, angles: &[Angles<f32>]) -> f32 {
-        let mut joint = Joint::new(posterior, angles);
+        let candidates: Vec<_> = angles.iter().copied().map(without_value).collect();
+        let mut joint = Joint::new(posterior, &candidates);
         (0..angles.len()).for_each(|index| joint.assume(index));
         prediction(&joint.spreads).loss
     }

@@ -109,31 +109,25 @@ impl Posterior {
     /// number is not finite.
     #[must_use]
     pub fn new(prior: &MaterialPrior, readings: &[PosteriorReading]) -> Option<Self> {
-        let apertures = readings.iter().map(|reading| reading.aperture.as_deref());
-        let apertures: Vec<Option<&Aperture>> = apertures.collect();
-        let directions = readings.iter().flat_map(|reading| match &reading.aperture {
-            None => vec![reading.angles],
-            Some(aperture) => aperture
-                .directions
-                .iter()
-                .map(|(angles, _)| *angles)
-                .collect(),
-        });
-        let points = prior.at(directions.collect());
-        if apertures.iter().all(Option::is_none) {
-            return Self::at(prior, points, readings);
+        let none_expected = |points: &PriorAt| vec![[0.0; 3]; points.sums.len()];
+        let mut posterior = Self::at(prior, linearized(prior, readings, none_expected), readings)?;
+        if readings.iter().all(|reading| reading.aperture.is_none()) {
+            return Some(posterior);
         }
-        let mut expected = vec![[0.0; 3]; points.components.count()];
+        let mut expected = Vec::new();
         for step in STEPS {
-            let sums = points.linearized(&apertures, &expected);
-            let posterior = Self::at(prior, sums, readings)?;
-            for (expected, predicted) in expected.iter_mut().zip(posterior.predict(&points)) {
-                for (expected, predicted) in expected.iter_mut().zip(predicted.expected) {
-                    *expected += step * (predicted - *expected);
+            let sums = linearized(prior, readings, |points| {
+                expected.resize(points.sums.len(), [0.0; 3]);
+                for (expected, predicted) in expected.iter_mut().zip(posterior.expected(points)) {
+                    for (expected, predicted) in expected.iter_mut().zip(predicted) {
+                        *expected += step * (predicted - *expected);
+                    }
                 }
-            }
+                expected.clone()
+            });
+            posterior = Self::at(prior, sums, readings)?;
         }
-        Self::at(prior, points.linearized(&apertures, &expected), readings)
+        Some(posterior)
     }
 
     /// Computes the posterior of readings that are linear in sums of the mapped BRDF.
@@ -374,6 +368,12 @@ impl Posterior {
         columns.par_iter().enumerate().map(predict).collect()
     }
 
+    /// Returns the expected mapped BRDF at some directions, minus the mean of the training.
+    pub(super) fn expected(&self, at: &PriorAt) -> Vec<[f64; 3]> {
+        let predicted = self.predict(at).into_iter();
+        predicted.map(|predicted| predicted.expected).collect()
+    }
+
     /// Returns readings of this posterior as BRDFs exactly at their directions (linear RGB, sr^-1, not times the cosine). With
     /// apertures, what the expected material does not explain of a reading's mapped value is added to that of the expected
     /// material at its direction.
@@ -400,6 +400,30 @@ impl Posterior {
         let weight = self.weights[0][(reading, 0)] + self.weights[1][(reading, channel)];
         self.design.noise[reading] * weight
     }
+}
+
+/// Returns the sums of readings, linearized around the mapped BRDF, minus the mean of the training, that a function returns at
+/// directions. Without apertures, it is not called.
+pub(super) fn linearized(
+    prior: &MaterialPrior,
+    readings: &[PosteriorReading],
+    expected: impl FnOnce(&PriorAt) -> Vec<[f64; 3]>,
+) -> PriorAt {
+    let apertures = readings.iter().map(|reading| reading.aperture.as_deref());
+    let apertures: Vec<Option<&Aperture>> = apertures.collect();
+    let directions = readings.iter().flat_map(|reading| match &reading.aperture {
+        None => vec![reading.angles],
+        Some(aperture) => aperture
+            .directions
+            .iter()
+            .map(|(angles, _)| *angles)
+            .collect(),
+    });
+    let points = prior.at(directions.collect());
+    if apertures.iter().all(Option::is_none) {
+        return points;
+    }
+    points.linearized(&apertures, &expected(&points))
 }
 
 /// Returns the mapped readings minus the mean of the training: the mean of the channels, and the differences from it.

@@ -191,8 +191,7 @@ fn evidence_agrees_with_the_posterior() {
         readings[0].brdf = [9.0, 0.0, 3.0];
         readings
     });
-    let angles = one.iter().map(|reading| reading.angles).collect();
-    let evidence = Evidence::new(&prior(), angles, &[DEFAULT_NOISE; 12]).expect("finite");
+    let evidence = Evidence::new(&posterior(&one), &one).expect("finite");
     let density = |readings: &[PosteriorReading]| {
         let brdf: Vec<[f32; 3]> = readings.iter().map(|reading| reading.brdf).collect();
         evidence.log_density(&brdf)

@@ -14,9 +14,9 @@ use super::angles::{above_horizon, to_directions};
 use super::conventions::{AngleArgs, AngleConvention, AngleUnit};
 use super::outliers::{OutlierKind, Outliers};
 use super::quantity::{Conversion, Multiple, ReadingQuantity};
-use super::readings::Readings;
+use super::readings::{Readings, SampleReading};
 use crate::choice::Choice;
-use crate::linear::{DEFAULT_NOISE, Evidence, MaterialPrior};
+use crate::linear::{DEFAULT_NOISE, Evidence, Posterior, PosteriorReading};
 
 /// The smallest and the largest number of compared readings.
 const READINGS: [usize; 2] = [4, 32];
@@ -120,16 +120,21 @@ impl fmt::Display for Doubt {
 /// A reading of a file: its row, its sample and its directions.
 type Placed = (usize, usize, Angles<f64>);
 
-/// The conversion of a file's rows, and the prior that judges it.
+/// The conversion of a file's rows, and the posterior whose prior judges it.
 struct Comparison<'a> {
     conversion: Conversion<'a>,
-    prior: &'a MaterialPrior,
+    samples: &'a [SampleReading],
+    posterior: &'a Posterior,
 }
 
 impl Doubt {
     /// Finds the alternative whose evidence exceeds its minimum most; None if there is none. Zeros and clipped numbers
     /// do not count; other outliers may be due to the reading.
-    pub(super) fn find(readings: &Readings, outliers: &Outliers) -> Option<Self> {
+    pub(super) fn find(
+        readings: &Readings,
+        outliers: &Outliers,
+        posterior: &Posterior,
+    ) -> Option<Self> {
         let rows = &readings.rows;
         let placed = rows.readings.iter().zip(&readings.of_rows).enumerate();
         let placed = placed.filter(|(_, (row, sample))| {
@@ -146,7 +151,8 @@ impl Doubt {
         let stated: Vec<Placed> = placed.collect();
         let comparison = Comparison {
             conversion: Conversion::new(rows, &readings.quantity, &readings.pattern()).ok()?,
-            prior: &readings.recipe.prior,
+            samples: &readings.samples,
+            posterior,
         };
         let args = &rows.angle_args;
         let mut alternatives = Vec::new();
@@ -236,8 +242,7 @@ impl Comparison<'_> {
 
     /// Returns the logarithm of the density of the numbers of rows.
     fn density(&self, conversion: &Conversion<'_>, placed: &[Placed]) -> Option<f64> {
-        let (mut brdf, mut slopes, mut directions, mut noise) =
-            (Vec::new(), 0.0, Vec::new(), Vec::new());
+        let (mut slopes, mut readings) = (0.0, Vec::new());
         let rows = conversion.rows;
         for (row, sample, angles) in placed {
             let row = &rows.readings[*row];
@@ -255,17 +260,27 @@ impl Comparison<'_> {
             let slope = [0, 1, 2].map(|channel: usize| {
                 f64::from((high[channel] - low[channel]) / (2.0 * steps[channel])).ln()
             });
+            let aperture = self.samples[*sample].aperture.clone();
             // A sensor with one channel has one number.
-            slopes += match rows.is_monochrome {
-                true => slope[0],
-                false => slope.iter().sum(),
+            let is_gray = aperture.as_ref().is_some_and(|aperture| aperture.is_gray);
+            slopes += if rows.is_monochrome || is_gray {
+                slope[0]
+            } else {
+                slope.iter().sum()
             };
-            brdf.push(convert(numbers)?);
-            directions.push(angles.map(|angle| angle as f32));
-            let stated = row.noise.or(rows.noise);
-            noise.push(stated.unwrap_or(DEFAULT_NOISE).max(DEFAULT_NOISE));
+            readings.push(PosteriorReading {
+                angles: angles.map(|angle| angle as f32),
+                aperture,
+                brdf: convert(numbers)?,
+                noise: row
+                    .noise
+                    .or(rows.noise)
+                    .unwrap_or(DEFAULT_NOISE)
+                    .max(DEFAULT_NOISE),
+            });
         }
-        let evidence = Evidence::new(self.prior, directions, &noise);
+        let brdf: Vec<[f32; 3]> = readings.iter().map(|reading| reading.brdf).collect();
+        let evidence = Evidence::new(self.posterior, &readings);
         let density = evidence?.log_density(&brdf) + slopes;
         Some(density).filter(|density| density.is_finite())
     }

@@ -187,7 +187,7 @@ impl MaterialFit {
         };
         residual.implausible = residual.implausible.filter(is_known);
         Ok(Self {
-            doubt: Doubt::find(readings, &selection.outliers),
+            doubt: Doubt::find(readings, &selection.outliers, posterior),
             prediction: prediction.unwrap_or_else(|| selection.posterior.loss(material.fitted())),
             material,
             selection,

@@ -49,8 +49,6 @@ pub struct Geometry {
     pub aperture: Option<Arc<Aperture>>,
 }
 
-/// The index of refraction of the black glass that has 100 gloss units.
-const BLACK_GLASS: f64 = 1.567;
 /// The full angles of a gloss meter's source, in the plane of incidence and across it, degrees (ISO 2813).
 const SOURCE: [f64; 2] = [0.75, 2.5];
 /// The standard deviation of a gloss meter's number, whose last digit is a tenth, gloss units.
@@ -68,13 +66,13 @@ const NODES: [usize; 2] = [17, 8];
 const DENSITY: [f64; 2] = [5.0, 6.0];
 
 impl Instrument {
-    /// Returns the polar angle of a gloss meter, and the full angles of its receptor in the plane of incidence and across it,
-    /// degrees; None for other instruments.
-    fn gloss(self) -> Option<(f64, [f64; 2])> {
+    /// Returns the polar angle of a gloss meter, the full angles of its receptor in the plane of incidence and across it, degrees,
+    /// and the reflectance of black glass with the index 1.567 there; None for other instruments.
+    fn gloss(self) -> Option<(f64, [f64; 2], f64)> {
         Some(match self {
-            Self::Gloss20 => (20.0, [1.8, 3.6]),
-            Self::Gloss60 => (60.0, [4.4, 11.7]),
-            Self::Gloss85 => (85.0, [4.0, 6.0]),
+            Self::Gloss20 => (20.0, [1.8, 3.6], 0.049_078),
+            Self::Gloss60 => (60.0, [4.4, 11.7], 0.100_056),
+            Self::Gloss85 => (85.0, [4.0, 6.0], 0.619_148),
             _ => return None,
         })
     }
@@ -85,10 +83,10 @@ impl Instrument {
     /// reflectance times the light: 100 / R(theta) times the integral of f cos(theta_o).
     #[must_use]
     pub fn brdf_of_gloss_unit(self) -> Option<f64> {
-        let (theta, receptor) = self.gloss()?;
+        let (theta, receptor, black_glass) = self.gloss()?;
         let nodes = gloss_nodes(theta, receptor);
         let integral: f64 = nodes.iter().map(|(_, weight)| weight).sum();
-        Some(0.01 * fresnel(theta.to_radians()) / integral)
+        Some(0.01 * black_glass / integral)
     }
 
     /// Returns the geometry of a reading; None for an instrument whose directions are its rows'.
@@ -98,7 +96,7 @@ impl Instrument {
         let [sphere, trap] = SPHERE;
         let (light, sensor, nodes) = match self {
             Self::Gloss20 | Self::Gloss60 | Self::Gloss85 => {
-                let (theta, receptor) = self.gloss()?;
+                let (theta, receptor, _) = self.gloss()?;
                 let nodes = gloss_nodes(theta, receptor);
                 (to(theta, 0.0), to(theta, 180.0), nodes)
             }
@@ -172,15 +170,6 @@ impl Geometry {
             })),
         })
     }
-}
-
-/// Returns the reflectance of black glass for light without polarization.
-fn fresnel(theta: f64) -> f64 {
-    let (sin, cos) = theta.sin_cos();
-    let inside = (1.0 - (sin / BLACK_GLASS).powi(2)).sqrt();
-    let perpendicular = (cos - BLACK_GLASS * inside) / (cos + BLACK_GLASS * inside);
-    let parallel = (BLACK_GLASS * cos - inside) / (BLACK_GLASS * cos + inside);
-    0.5 * (perpendicular * perpendicular + parallel * parallel)
 }
 
 /// Returns the direction at an angle from an axis, and at an azimuth around it, both in radians.
@@ -274,4 +263,115 @@ fn sphere_nodes(trap: f64) -> Vec<([f64; 3], f64)> {
         })
     });
     nodes.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use glimpse_core::geometry::HalfDifference;
+    use glimpse_core::model::ModelKind;
+    use glimpse_materials::{Brdf, FittedBrdf, Procedural};
+
+    use super::*;
+    use crate::linear::{MIN_NOISE, Posterior, PosteriorReading};
+    use crate::measurement::{NamedRecipe, ReadingSet};
+
+    fn posterior(readings: &[PosteriorReading]) -> Posterior {
+        let prior = NamedRecipe::any(ModelKind::Linear).prior;
+        Posterior::new(&prior, readings).expect("finite")
+    }
+
+    /// Iterated linearization converges: the fit has the means that were read, up to the resolution of gloss.
+    #[test]
+    fn fit_has_the_means_over_apertures() {
+        let geometries = ReadingSet::geometries(&ReadingSet::PAINT_LAB, 0.0);
+        for material in Procedural::set(4, 11) {
+            let readings = geometries.iter().map(|geometry| PosteriorReading {
+                brdf: match &geometry.aperture {
+                    None => material.at_angles(geometry.angles),
+                    Some(aperture) => aperture.mean(&material),
+                },
+                aperture: geometry.aperture.clone(),
+                noise: MIN_NOISE,
+                angles: geometry.angles,
+            });
+            let readings: Vec<PosteriorReading> = readings.collect();
+            let posterior = posterior(&readings);
+            let basis = posterior.basis().with_kernels(posterior.kernels());
+            let values = posterior.coefficients().concat();
+            let fit = FittedBrdf::new(ModelKind::Linear, values, Some(&basis));
+            let fit = fit.expect("values of the basis");
+            for reading in &readings {
+                let (fitted, resolution) = match &reading.aperture {
+                    None => (fit.at_angles(reading.angles), 0.0),
+                    Some(aperture) => (aperture.mean(&fit), aperture.resolution as f32),
+                };
+                for (fitted, read) in fitted.iter().zip(reading.brdf) {
+                    let error = (fitted - read).abs();
+                    assert!(error < 0.002 * read + resolution, "{fitted} {read}");
+                }
+            }
+        }
+    }
+
+    /// If an aperture of one direction is gray, the color remains that of the prior.
+    #[test]
+    fn aperture_of_one_direction_is_a_reading_there() {
+        let material = Procedural::new(3, 7);
+        let angles = Angles::from_array([0.2, 0.5, 1.0]);
+        let exact = PosteriorReading::new(angles, material.at_angles(angles));
+        let with = |is_gray: bool| {
+            let aperture = Aperture {
+                directions: vec![(angles, 1.0)],
+                is_gray,
+                resolution: 0.0,
+            };
+            let aperture = Some(Arc::new(aperture));
+            let reading = PosteriorReading {
+                aperture,
+                ..exact.clone()
+            };
+            posterior(&[reading]).coefficients()
+        };
+        let (expected, found) = (
+            posterior(std::slice::from_ref(&exact)).coefficients(),
+            with(false),
+        );
+        for (one, other) in found.iter().flatten().zip(expected.iter().flatten()) {
+            assert!(
+                (one - other).abs() < 1e-4 * (1.0 + other.abs()),
+                "{one} {other}"
+            );
+        }
+        let [red, green, blue] = with(true);
+        assert!(red == green && green == blue && red != expected[0]);
+    }
+
+    /// The number of a mirror is that of black glass, divided by its reflectance, and a perfect diffuser's is the receptor's
+    /// projected solid angle over pi, relative to it. A perfect diffuser has a mean BRDF of 1 / pi in each geometry.
+    #[test]
+    fn numbers_of_standards_are_known() {
+        let white = |_: &HalfDifference<f32>| [std::f32::consts::FRAC_1_PI; 3];
+        let gloss = [
+            (Instrument::Gloss20, 2037.6, 1.8 * 3.6, 20.0),
+            (Instrument::Gloss60, 999.44, 4.4 * 11.7, 60.0),
+            (Instrument::Gloss85, 161.51, 4.0 * 6.0, 85.0),
+        ];
+        for (instrument, mirror, square_degrees, theta) in gloss {
+            let solid = square_degrees * f64::to_radians(1.0).powi(2);
+            let expected = mirror * solid * f64::to_radians(theta).cos() / PI;
+            let unit = instrument.brdf_of_gloss_unit().expect("gloss");
+            let ratio = 1.0 / PI / unit / expected;
+            assert!((ratio - 1.0).abs() < 0.01, "{instrument:?}: {ratio}");
+        }
+        for instrument in Instrument::value_variants() {
+            let aperture = instrument.geometry().and_then(|geometry| geometry.aperture);
+            if let Some(aperture) = aperture {
+                let [mean, ..] = aperture.mean(&white);
+                assert!(
+                    (mean * std::f32::consts::PI - 1.0).abs() < 1e-5,
+                    "{instrument:?}"
+                );
+            }
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Outliers on materials that are not part of the statistics: their detection, and the exclusion of one.
 
 use glimpse_core::geometry::Angles;
-use glimpse_fitting::measurement::{Instrument, OutlierKind, Outliers};
+use glimpse_fitting::measurement::{OutlierKind, Outliers, ReadingSet};
 use glimpse_kernels::scan::scan_with_missing;
 use glimpse_materials::loss::{loss_directions, mean_log_error};
 use glimpse_materials::{Brdf, FittedBrdf, Procedural};
@@ -173,7 +173,7 @@ fn exclusion_of_one_reading_pays() {
 /// lines have no outliers of this kind.
 #[test]
 fn zeros_near_the_lamp_are_excluded_together() {
-    let line: Vec<Angles<f32>> = Instrument::InPlane.directions(0.0);
+    let line: Vec<Angles<f32>> = ReadingSet::InPlane.directions();
     let (mut right, mut found) = (0, 0);
     for index in 0..20 {
         let material = Procedural::new(index, 7);
