@@ -132,76 +132,58 @@ impl PriorAt {
         expected: &[[f64; 3]],
     ) -> Self {
         let mut sums = self.clone();
-        sums.sums.clear();
         sums.rows = DMatrix::zeros(apertures.len(), self.rows.ncols());
-        sums.is_gray = apertures
-            .iter()
-            .map(|aperture| aperture.is_some_and(|aperture| aperture.is_gray))
-            .collect();
-        sums.cosines.clear();
-        sums.centers.clear();
         let mut first = 0;
         for (index, aperture) in apertures.iter().enumerate() {
-            let Some(aperture) = aperture else {
-                sums.rows.set_row(index, &self.rows.row(first));
-                sums.sums.push(first..first + 1);
-                sums.cosines.push(self.cosines[first]);
-                sums.centers.push(self.centers[first]);
-                first += 1;
-                continue;
+            let is_gray = aperture.is_some_and(|aperture| aperture.is_gray);
+            let count = aperture.map_or(1, |aperture| aperture.directions.len());
+            let range = first..first + count;
+            let share = |at: usize| {
+                let share = aperture.map_or(1.0, |aperture| aperture.directions[at - first].1);
+                share / f64::from(self.cosines[at])
             };
-            let range = first..first + aperture.directions.len();
-            let shares = range.clone().zip(&aperture.directions);
-            let shares = shares.map(|(at, (_, share))| share / f64::from(self.cosines[at]));
-            let shares: Vec<f64> = shares.collect();
+            let cosines = 1.0 / range.clone().map(share).sum::<f64>();
+            let of_channels = |values: [f64; 3], shares: [f64; 3]| {
+                let sum = values
+                    .iter()
+                    .zip(shares)
+                    .map(|(value, share)| value * share)
+                    .sum();
+                if is_gray { [sum; 3] } else { values }
+            };
             // f c + e, relative to e.
             let light = range.clone().map(|at| {
-                let center = self.centers[at];
-                [0, 1, 2].map(|channel: usize| {
-                    let mapped = f64::from(center[channel]) + expected[at][channel];
-                    mapped.min(MAX_MAPPED).exp()
-                })
+                let mapped =
+                    |channel: usize| f64::from(self.centers[at][channel]) + expected[at][channel];
+                let light = [0, 1, 2].map(|channel| mapped(channel).min(MAX_MAPPED).exp());
+                of_channels(light, LUMINANCE).map(|light| cosines * share(at) * light)
             });
             let light: Vec<[f64; 3]> = light.collect();
-            let cosines = 1.0 / shares.iter().sum::<f64>();
-            let totals = [0, 1, 2].map(|channel: usize| {
-                let terms = shares.iter().zip(&light);
-                cosines
-                    * terms
-                        .map(|(share, light)| share * light[channel])
-                        .sum::<f64>()
-            });
-            let luminance: f64 = totals
-                .iter()
-                .zip(LUMINANCE)
-                .map(|(total, y)| total * y)
-                .sum();
-            let mut constant = if aperture.is_gray {
-                [luminance.ln(); 3]
-            } else {
-                totals.map(f64::ln)
-            };
-            for ((at, share), light) in range.clone().zip(&shares).zip(&light) {
-                let terms = light.iter().zip(LUMINANCE).zip(totals);
-                let weight: f64 = if aperture.is_gray {
-                    terms.map(|((light, y), _)| light * y).sum::<f64>() / luminance
-                } else {
-                    terms.map(|((light, _), total)| light / total).sum::<f64>() / 3.0
-                };
-                let weight = cosines * share * weight;
+            let totals = [0, 1, 2]
+                .map(|channel: usize| light.iter().map(|light| light[channel]).sum::<f64>());
+            let mut center = totals.map(f64::ln);
+            for (at, light) in range.clone().zip(&light) {
+                let weight = [0, 1, 2].map(|channel: usize| light[channel] / totals[channel]);
+                let weight = weight.iter().sum::<f64>() / 3.0;
                 sums.weights[at] = weight;
                 let mut row = sums.rows.row_mut(index);
                 row += self.rows.row(at) * weight;
-                let mean = expected[at].iter().sum::<f64>() / 3.0;
-                for (constant, expected) in constant.iter_mut().zip(expected[at]) {
-                    *constant -= weight * if aperture.is_gray { mean } else { expected };
+                let expected = of_channels(expected[at], [1.0 / 3.0; 3]);
+                for (center, expected) in center.iter_mut().zip(expected) {
+                    *center -= weight * expected;
                 }
             }
-            sums.cosines.push(cosines as f32);
-            sums.centers.push(constant.map(|constant| constant as f32));
-            sums.sums.push(range.clone());
+            sums.is_gray[index] = is_gray;
+            sums.cosines[index] = cosines as f32;
+            sums.centers[index] = center.map(|center| center as f32);
             first = range.end;
+            sums.sums[index] = range;
         }
+        let count = apertures.len();
+        sums.is_gray.truncate(count);
+        sums.cosines.truncate(count);
+        sums.centers.truncate(count);
+        sums.sums.truncate(count);
         sums
     }
 
