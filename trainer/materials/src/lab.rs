@@ -69,6 +69,21 @@ impl Lab {
             b: 200.0 * (y - z),
         }
     }
+
+    /// Converts to X, Y and Z, each relative to that of white.
+    #[must_use]
+    pub fn to_relative_xyz(self) -> [f64; 3] {
+        let y = (self.l + 16.0) / 116.0;
+        let responses = [y + self.a / 500.0, y, y - self.b / 200.0];
+        responses.map(|response| {
+            let cube = response.powi(3);
+            if cube > 0.008_856 {
+                cube
+            } else {
+                (response - 16.0 / 116.0) / 7.787
+            }
+        })
+    }
 }
 
 /// CIELAB's compression of a relative tristimulus value.

@@ -3,12 +3,16 @@
 use std::ops::Range;
 use std::sync::LazyLock;
 
-use crate::color::{FROM_XYZ, IDENTITY, product};
+use serde::{Deserialize, Serialize};
+
+use crate::color::{FROM_XYZ, IDENTITY, TO_XYZ, product};
 use crate::interpolation::Position;
+use crate::lab::Lab;
 use crate::rows::rows;
 
 /// A standard illuminant.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
 pub enum Illuminant {
     /// Daylight of 6504 K, that of sRGB.
     #[default]
@@ -22,19 +26,21 @@ pub enum Illuminant {
 }
 
 /// A standard observer.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 pub enum Observer {
     /// CIE 1931, for fields of 2 degrees.
     #[default]
     #[value(name = "2")]
+    #[serde(rename = "2")]
     Cie1931,
     /// CIE 1964, for fields of 10 degrees.
     #[value(name = "10")]
+    #[serde(rename = "10")]
     Cie1964,
 }
 
 /// The conditions of a color.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Viewing {
     /// The light.
     pub illuminant: Illuminant,
@@ -56,6 +62,18 @@ const COLORS: [Range<f32>; 3] = [400.0..500.0, 500.0..600.0, 600.0..701.0];
 /// The bands that a color needs, for messages.
 pub const COLOR_BANDS: &str =
     "bands in blue, green and red (400 to 500, 500 to 600, 600 to 700 nm)";
+
+/// The matrix of Bradford from X, Y and Z to responses of cones, which adapt to white, and its inverse.
+const BRADFORD: [[f64; 3]; 3] = [
+    [0.8951, 0.2664, -0.1614],
+    [-0.7502, 1.7135, 0.0367],
+    [0.0389, -0.0685, 1.0296],
+];
+const FROM_BRADFORD: [[f64; 3]; 3] = [
+    [0.986_993, -0.147_054, 0.159_963],
+    [0.432_305, 0.518_360, 0.049_291],
+    [-0.008_529, 0.040_043, 0.968_487],
+];
 
 /// The wavelengths of written spectra in nm, and the values there of three reflectances, 0 to 1, whose colors are pure red,
 /// green and blue, and whose sum is 1.
@@ -92,6 +110,27 @@ impl Viewing {
     #[must_use]
     pub fn xyz_weights(self, wavelengths: &[f32]) -> Vec<[f64; 3]> {
         self.weights(wavelengths, IDENTITY)
+    }
+
+    /// Returns a color in linear RGB, 0 to 1, or below 0 if it is more saturated than the primaries, adapted to D65 by Bradford's
+    /// matrix. A gray color stays gray.
+    #[must_use]
+    pub fn rgb_of_lab(self, lab: Lab) -> [f64; 3] {
+        let white = self.white();
+        let [from, to] = [white, product(&TO_XYZ, [1.0; 3])].map(|xyz| product(&BRADFORD, xyz));
+        let relative = lab.to_relative_xyz();
+        let seen = product(&BRADFORD, [0, 1, 2].map(|i| relative[i] * white[i]));
+        let adapted = [0, 1, 2].map(|i| seen[i] * to[i] / from[i]);
+        product(&FROM_XYZ, product(&FROM_BRADFORD, adapted))
+    }
+
+    /// Returns X, Y and Z of the light, with Y = 1.
+    fn white(self) -> [f64; 3] {
+        let colors = (360..=830).map(|nm| self.at(f64::from(nm)));
+        let white = colors.fold([0.0; 3], |sum, (xyz, light)| {
+            [0, 1, 2].map(|i: usize| sum[i] + light * xyz[i])
+        });
+        white.map(|sum| sum / white[1])
     }
 
     /// Returns the weights of the values of a spectrum in three channels, with a sum of 1 each. `wavelengths` are its nodes in
@@ -183,14 +222,7 @@ mod tests {
                 illuminant,
                 observer,
             };
-            let mut white = [0.0; 3];
-            for wavelength in 360..=830 {
-                let (xyz, light) = viewing.at(f64::from(wavelength));
-                white
-                    .iter_mut()
-                    .zip(xyz)
-                    .for_each(|(sum, xyz)| *sum += light * xyz);
-            }
+            let white = viewing.white();
             let sum: f64 = white.iter().sum();
             for (channel, expected) in expected.into_iter().enumerate() {
                 let error = white[channel] / sum - expected;

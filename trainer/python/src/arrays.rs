@@ -58,12 +58,13 @@ pub(crate) struct Pairs {
 
 impl Pairs {
     /// Reads pairs from `incoming` of shape (..., 2, 3), or from two arrays (..., 3) that are broadcast.
-    /// Each vector is normalized.
+    /// Each vector is normalized. The pairs for which `free` is true may be NaN, of no direction.
     pub(crate) fn from_arrays(
         incoming: &Bound<'_, PyAny>,
         outgoing: Option<&Bound<'_, PyAny>>,
+        free: &[bool],
     ) -> Result<Self> {
-        let array = call(incoming.py(), "pairs", (incoming, outgoing))?;
+        let array = call(incoming.py(), "pairs", (incoming, outgoing, free.to_vec()))?;
         let flat: Vec<f64> = array.iter().copied().collect();
         Ok(Self {
             pairs: flat.as_chunks().0.as_chunks().0.to_vec(),

@@ -126,7 +126,7 @@ impl PyFittedMaterial {
         incoming: &Bound<'_, PyAny>,
         outgoing: Option<&Bound<'_, PyAny>>,
     ) -> Result<Array<f32>> {
-        let pairs = Pairs::from_arrays(incoming, outgoing)?;
+        let pairs = Pairs::from_arrays(incoming, outgoing, &[])?;
         let angles = pairs.angles()?;
         let posterior = &self.fit.selection.posterior;
         let deviations = posterior.deviations(self.material().fitted(), angles);
@@ -152,7 +152,7 @@ impl PyFittedMaterial {
         let Some(bands) = self.material().spectrum() else {
             return reject("the readings were in RGB: pass wavelengths to fit");
         };
-        let pairs = Pairs::from_arrays(incoming, outgoing)?;
+        let pairs = Pairs::from_arrays(incoming, outgoing, &[])?;
         let at = pairs.angles()?.into_iter();
         let at: Vec<_> = at.map(HalfDifference::from_angles).collect();
         let (spectra, bands) = (bands.evaluate(&at), bands.wavelengths().len());

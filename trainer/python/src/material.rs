@@ -159,7 +159,7 @@ impl PyMaterial {
         incoming: &Bound<'_, PyAny>,
         outgoing: Option<&Bound<'_, PyAny>>,
     ) -> Result<Array<f32>> {
-        let Pairs { pairs, shape } = Pairs::from_arrays(incoming, outgoing)?;
+        let Pairs { pairs, shape } = Pairs::from_arrays(incoming, outgoing, &[])?;
         let values = if pairs.len() > BATCH {
             run_detached(py, || self.evaluate(&pairs))?
         } else {

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use glimpse_fitting::choice::Choice;
 use glimpse_fitting::measurement::{
-    AngleArgs, CountCalibration, LabReading, LargerSpot, NamedRecipe, ReadingQuantity, ReadingRows,
-    Readings, TableArgs, rusinkiewicz,
+    AngleArgs, CountCalibration, LabReading, LargerSpot, NamedRecipe, Optics, ReadingQuantity,
+    ReadingRows, Readings, TableArgs, rusinkiewicz,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -117,7 +117,9 @@ impl<'py> ReadingArgs<'py> {
         for (name, value) in &self.0 {
             let name: String = name.extract()?;
             let reason = match &*name {
-                "saturated" | "noise" | "wavelengths" => "the file of readings states it",
+                "saturated" | "noise" | "wavelengths" | "instrument" => {
+                    "the file of readings states it"
+                }
                 "quantity" => "the readings are counts with white",
                 "ignore" | "convention" | "unit" | "azimuth_unit" => "change the arrays instead",
                 "white_directions" | "footprint" | "dark" | "white_reflectance" | "saturation" => {
@@ -147,7 +149,14 @@ impl<'py> ReadingArgs<'py> {
         if !wavelengths.is_sorted_by(|one, other| one < other) {
             return reject("wavelengths must be in nm, in ascending order");
         }
-        if directions.is_none() && given.is_any() {
+        let names = self.take("instrument")?.map(|names| names.extract());
+        let names: Vec<Option<String>> = names.transpose()?.unwrap_or_default();
+        let instruments = names
+            .iter()
+            .map(|name| choose("instrument", name.as_deref()));
+        let instruments = instruments.collect::<Result<Vec<_>>>()?;
+        let optics: Vec<Optics> = instruments.into_iter().map(Optics::from).collect();
+        if directions.is_none() && optics.is_empty() && given.is_any() {
             return reject("pass directions, because the recipe has none");
         }
         let channels = if wavelengths.is_empty() {
@@ -155,10 +164,14 @@ impl<'py> ReadingArgs<'py> {
         } else {
             wavelengths.len()
         };
-        let count = directions.is_none().then(|| given.file.recipe().samples());
+        let count = match optics.len() {
+            0 => directions.is_none().then(|| given.file.recipe().samples()),
+            count => Some(count),
+        };
         let hint = ", one row for each of the recipe's samples and NaN for a missing one, or pass directions";
         let hint = if directions.is_none() { hint } else { "" };
-        let mut readings = lab_readings(argument, "readings", (count, channels), hint, directions)?;
+        let shape = (count, channels);
+        let mut readings = lab_readings(argument, "readings", shape, hint, directions, &optics)?;
         let count = readings.len();
         let meaning = format!("{count} booleans, one for each of the readings");
         let is_valid = |flag| [0.0, 1.0].contains(&flag);
@@ -201,9 +214,10 @@ impl<'py> ReadingArgs<'py> {
                 (count, 3),
                 ", the white reference at each of the readings, or pass white_directions and footprint of one that was read once",
                 directions,
+                &[],
             )?,
             (Some(once), Some(_)) => {
-                let Pairs { pairs, shape } = Pairs::from_arrays(&once, None)?;
+                let Pairs { pairs, shape } = Pairs::from_arrays(&once, None, &[])?;
                 let ([[incoming, outgoing]], []) = (&pairs[..], &shape[..]) else {
                     return reject("white_directions must have the shape (2, 3)");
                 };
@@ -231,18 +245,21 @@ impl<'py> ReadingArgs<'py> {
     }
 }
 
-/// Returns the readings in the rows of an array, without numbers if they are missing. They are at `directions`, or else at the
-/// recipe's samples.
+/// Returns the readings in the rows of an array, without numbers if they are missing. They are at `directions`, which those of
+/// fixed instruments may lack, or else at the recipe's samples.
 fn lab_readings(
     argument: &Bound<'_, PyAny>,
     name: &str,
     shape: (Option<usize>, usize),
     hint: &str,
     directions: Option<&Bound<'_, PyAny>>,
+    optics: &[Optics],
 ) -> Result<Vec<LabReading>> {
     let array = rows(argument, name, shape, hint)?;
     let count = array.shape()[0];
-    let at = directions.map(|directions| Pairs::from_arrays(directions, None));
+    let free = optics.iter().map(|optics| optics.fixed().is_some());
+    let free: Vec<bool> = free.collect();
+    let at = directions.map(|directions| Pairs::from_arrays(directions, None, &free));
     let at = at.transpose()?;
     if let Some(Pairs { shape, .. }) = &at
         && *shape != [count]
@@ -260,10 +277,12 @@ fn lab_readings(
             ));
         }
         let pair = at.as_ref().map(|at| at.pairs[index]);
+        let stated = pair.filter(|pair| pair.iter().flatten().all(|x| x.is_finite()));
         Ok(LabReading {
             line: index,
-            index: pair.is_none().then_some(index),
-            angles: pair.map(|[incoming, outgoing]| rusinkiewicz(incoming, outgoing)),
+            index: (pair.is_none() && optics.is_empty()).then_some(index),
+            angles: stated.map(|[incoming, outgoing]| rusinkiewicz(incoming, outgoing)),
+            optics: optics.get(index).copied().unwrap_or_default(),
             numbers,
             ..LabReading::default()
         })

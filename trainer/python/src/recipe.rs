@@ -214,6 +214,10 @@ impl PyRecipe {
     /// be the path of a CSV file, as of `trainer fit`, with lists `convention` of its angles and `ignore` of columns on which
     /// readings do not depend, and with `unit` and `azimuth_unit`. A warning asks if another reading explains it better.
     ///
+    /// `instrument` is a list with the name of each reading's instrument, such as "gloss-60" or "sci", or None. Readings then are
+    /// percent unless `quantity` is given, and those of gloss are gloss units in all channels. Instruments other than
+    /// "multi-angle" have directions of their own, and NaN in `directions`.
+    ///
     /// With `white`, the readings are counts of the sensor, and `white` holds the counts of a white reference. If they
     /// were read where the readings were, `white` is an array (n, 3). If they were read once, `white` is three numbers,
     /// `white_directions` (2, 3) is the pair of directions, and `footprint` is the larger spot, "light" or "sensor".
@@ -225,8 +229,8 @@ impl PyRecipe {
     #[pyo3(
         signature = (readings, directions = None, *, name = "fitted", keep_all = false, **options),
         text_signature = "($self, readings, directions=None, *, quantity=None, name='fitted', saturated=None, noise=None, \
-            wavelengths=None, white=None, white_directions=None, footprint=None, dark=None, white_reflectance=None, \
-            saturation=None, convention=None, unit=None, azimuth_unit=None, ignore=None, keep_all=False)"
+            wavelengths=None, instrument=None, white=None, white_directions=None, footprint=None, dark=None, \
+            white_reflectance=None, saturation=None, convention=None, unit=None, azimuth_unit=None, ignore=None, keep_all=False)"
     )]
     fn fit<'py>(
         slf: &Bound<'py, Self>,
@@ -299,7 +303,7 @@ impl PyRecipe {
 
     /// Returns the recipe of readings at directions, an array (n, 2, 3), that a recipe without a pattern fits.
     fn at(&self, directions: &Bound<'_, PyAny>) -> Result<Self> {
-        let angles = Pairs::from_arrays(directions, None)?.angles()?;
+        let angles = Pairs::from_arrays(directions, None, &[])?.angles()?;
         Ok(Self(self.0.at(&angles)?))
     }
 

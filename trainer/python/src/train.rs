@@ -84,7 +84,7 @@ pub(crate) fn train(
         ..parse_options(options, model)?
     };
     if let Some(pattern) = pattern {
-        options.pattern = Pairs::from_arrays(pattern, None)?.angles()?;
+        options.pattern = Pairs::from_arrays(pattern, None, &[])?.angles()?;
     }
     check(&options)?;
     let checkpoints = checkpoints(checkpoint, resume)?;

@@ -355,6 +355,29 @@ def test_next_leads_a_scan(trainer, tmp_path):
         recipe.next(machine=Machine(max_theta_i_degrees=1, max_theta_o_degrees=1, min_separation_degrees=1.99))
 
 
+def test_fits_readings_of_instruments(tmp_path):
+    """Arrays and a table of the same displays give the same BRDFs, and arrays need no directions of a gloss meter."""
+    recipe = glimpse.Recipe.load("linear-any")
+    instrument = ["gloss-60", "sci", None, "multi-angle"]
+    angles = np.radians([[np.nan, np.nan], [np.nan, np.nan], [45, 20], [45, 0]])
+    vector = lambda theta: np.stack([np.sin(theta), 0 * theta, np.cos(theta)], -1)
+    pairs = np.stack([vector(-angles[:, 0]), vector(angles[:, 1])], 1)
+    displays = np.array([[1, 1, 1], [32, 13, 6], [31, 13, 6], [30, 12, 5]])
+    fitted = recipe.fit(displays, pairs, instrument=instrument)
+    np.testing.assert_allclose(fitted.readings[1:], displays[1:] / 100 / np.pi, rtol=1e-5)
+    copied = pickle.loads(pickle.dumps(fitted))
+    np.testing.assert_array_equal(copied.parameters, fitted.parameters)
+
+    table = "instrument,theta_i,theta_o,r,g,b,value\ngloss-60,,,,,,1\nsci,,,32,13,6,\n,45,20,31,13,6,\nmulti-angle,45,0,30,12,5,\n"
+    (tmp_path / "table.csv").write_text(table)
+    np.testing.assert_allclose(recipe.fit(tmp_path / "table.csv").readings, fitted.readings, rtol=1e-6)
+    assert len(recipe.fit(displays[:2], instrument=instrument[:2]).readings) == 2
+    gloss = [[1, 2, 3]]
+    for arguments in [{"instrument": ["gloss"]}, {"instrument": ["gloss-60"]}, {"instrument": [None]}]:
+        with pytest.raises(glimpse.GlimpseError):
+            recipe.fit(gloss, **arguments)
+
+
 def test_fits_readings_in_bands(tmp_path):
     """Bands that are mixtures of red, green and blue are fitted to within 3 %."""
     recipe = glimpse.Recipe.load("linear-any")

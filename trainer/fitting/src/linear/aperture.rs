@@ -9,7 +9,7 @@ pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 /// The directions of a reading, which is the mean of the BRDF over them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Aperture {
-    /// The directions, angles in radians, and their shares in the mean, whose sum is 1.
+    /// The directions, angles in radians, and their shares of the mean, which add up to 1.
     pub directions: Vec<(Angles<f32>, f64)>,
     /// True if the reading is that of the luminance, so that it states nothing about the color.
     pub is_gray: bool,

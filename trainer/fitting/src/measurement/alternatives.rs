@@ -174,6 +174,7 @@ impl Doubt {
         let mut base = Multiple::Brdf;
         if let ReadingQuantity::Values(multiple, _) = &readings.quantity
             && stated.iter().any(is_off_highlight)
+            && rows.cielab.is_none()
         {
             base = *multiple;
             let mut numbers = rows.readings.iter().flat_map(|row| &row.numbers);

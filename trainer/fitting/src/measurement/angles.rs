@@ -21,11 +21,6 @@ pub(super) fn polar_angles([x, y, z]: [f64; 3]) -> [f64; 2] {
     [x.hypot(y).atan2(z), y.atan2(x)]
 }
 
-/// Converts polar angles and azimuths of two directions to Rusinkiewicz angles, in radians.
-pub(super) fn from_spherical([theta_i, phi_i, theta_o, phi_o]: [f64; 4]) -> Angles<f64> {
-    rusinkiewicz(vector(theta_i, phi_i), vector(theta_o, phi_o))
-}
-
 /// Returns the Rusinkiewicz angles, in radians, of two directions of length 1 that point away from the surface.
 /// The z axis is the surface normal, and phi_d is in \[0, 2 pi). None if one direction is not above the horizon.
 #[must_use]

@@ -12,6 +12,11 @@ pub(super) const CHANNELS: [&str; 3] = ["r", "g", "b"];
 /// The column of readings by a sensor with one channel.
 pub(super) const MONOCHROME: &str = "value";
 
+/// The columns of readings in CIELAB.
+pub(super) const CIELAB: [&str; 3] = ["l*", "a*", "b*"];
+/// The column of instruments.
+pub(super) const INSTRUMENT: &str = "instrument";
+
 /// The role of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
@@ -36,7 +41,11 @@ pub enum Role {
     Sample,
     /// The wavelength or the channel of a row's reading.
     Channel,
-    /// The instrument, or a coordinate of a color that is not linear RGB, which are not supported.
+    /// The instrument of the readings.
+    Instrument,
+    /// The full angle of a cone of light or sensor.
+    Spread,
+    /// A coordinate of a color that is neither linear RGB nor CIELAB, which are not supported.
     Unsupported,
     /// A note, a result of this program, or the same text in all rows, which is not read.
     Unused,
@@ -44,8 +53,8 @@ pub enum Role {
     Ignored,
 }
 
-/// Roles, the names by which readers know columns, and other names. Only their letters and digits count. A name that could have
-/// two meanings (`theta_s`, of a source or of scattered light) is not listed.
+/// Roles, the names by which readers know columns, and other names. Only their letters, digits and asterisks count. A name that
+/// could have two meanings (`theta_s`, of a source or of scattered light) is not listed.
 const NAMES: &str = "\
 direction theta_h thetahalf
 direction theta_d thetadiff
@@ -59,6 +68,9 @@ index index
 reading r red brdfr brdfred
 reading g green brdfg brdfgreen
 reading b blue brdfb brdfblue
+reading l* l ciel* cielab-l*
+reading a* ciea* cielab-a*
+reading b* cieb* cielab-b*
 reading value brdf bsdf reflectancefactor radiancefactor counts
 quantity quantity
 noise noise relativenoise
@@ -67,8 +79,10 @@ selection valid isvalid flag quality qualityflag status
 selection scatter scattertype scattermode measurement measurementtype bsdftype
 exposure exposure exposuretime integrationtime
 sample sample samplename sampleid specimen material materialname
-unsupported instrument device
-unsupported color hue saturation chroma lightness l
+instrument instrument device
+spread spread_i
+spread spread_o
+unsupported color hue saturation chroma lightness
 channel wavelength lambda wl
 channel channel color colour
 unused note notes comment comments remark remarks operator user date time datetime timestamp no nr number row line point id \
@@ -95,9 +109,9 @@ pub(super) enum Unit {
 impl Unit {
     /// Returns the meaning of a text, in lowercase and without white space, in a column of a role; None if it has none.
     pub(super) fn find(role: Role, text: &str) -> Option<Self> {
-        use Role::{Channel, Direction, Exposure, Noise, Reading};
+        use Role::{Channel, Direction, Exposure, Noise, Reading, Spread};
         Some(match (role, text) {
-            (Direction, "deg" | "degree" | "degrees" | "°" | "º") => {
+            (Direction | Spread, "deg" | "degree" | "degrees" | "°" | "º") => {
                 Self::Angle(AngleUnit::Degrees)
             }
             (Direction, "rad" | "radian" | "radians") => Self::Angle(AngleUnit::Radians),
@@ -169,25 +183,23 @@ impl Column {
 
     /// Returns true if the cells are numbers.
     pub(super) fn has_numbers(&self) -> bool {
-        use Role::{Channel, Direction, Exposure, Index, Noise, Reading};
+        use Role::{Channel, Direction, Exposure, Index, Noise, Reading, Spread};
         matches!(
             self.role,
-            Some(Direction | Index | Reading | Noise | Exposure | Channel)
+            Some(Direction | Index | Reading | Noise | Exposure | Channel | Spread)
         )
     }
 
     /// Returns true if a table of readings has at most one column of the name.
     pub(super) fn is_unique(&self) -> bool {
-        self.has_numbers() || matches!(self.role, Some(Role::Quantity | Role::Saturated))
+        let others = [Role::Quantity, Role::Saturated, Role::Instrument];
+        self.has_numbers() || self.role.is_some_and(|role| others.contains(&role))
     }
 }
 
-/// Finds the role, the name by which readers know it, and the unit at the end of a column's name. An asterisk is part of a
-/// name, such as of b*.
+/// Finds the role, the name by which readers know it, and the unit at the end of a column's name.
 fn find(label: &str) -> Option<((Role, &'static str), &'static str)> {
-    let label = Some(label)
-        .filter(|label| !label.contains('*'))
-        .map(simplified)?;
+    let label = simplified(label);
     SUFFIXES.into_iter().find_map(|suffix| {
         let label = label.strip_suffix(suffix)?;
         let mut lines = NAMES.lines().map(|line| line.split(' '));
@@ -202,9 +214,9 @@ fn find(label: &str) -> Option<((Role, &'static str), &'static str)> {
     })
 }
 
-/// Returns the letters and digits of a name, in lowercase.
+/// Returns the letters and digits of a name, in lowercase, and asterisks, such as that of b*.
 pub(super) fn simplified(name: &str) -> String {
-    let characters = name.chars().filter(|c| c.is_alphanumeric());
+    let characters = name.chars().filter(|c| c.is_alphanumeric() || *c == '*');
     characters.flat_map(char::to_lowercase).collect()
 }
 

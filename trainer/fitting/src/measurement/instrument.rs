@@ -9,6 +9,7 @@ use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::angles::{above_horizon, rusinkiewicz, vector};
+use super::columns::is_same;
 use crate::linear::Aperture;
 
 /// An instrument, as the column `instrument` names it.
@@ -17,30 +18,35 @@ use crate::linear::Aperture;
 pub enum Instrument {
     /// A gloss meter at 20 degrees (ISO 2813, ASTM D523).
     #[value(name = "gloss-20")]
+    #[serde(rename = "gloss-20")]
     Gloss20,
     /// A gloss meter at 60 degrees.
     #[value(name = "gloss-60")]
+    #[serde(rename = "gloss-60")]
     Gloss60,
     /// A gloss meter at 85 degrees.
     #[value(name = "gloss-85")]
+    #[serde(rename = "gloss-85")]
     Gloss85,
     /// A sphere d:8, specular reflection included.
     Sci,
     /// A sphere d:8, specular reflection excluded by a trap of 5 degrees around it.
     Sce,
     /// Light at 45 degrees, from one side or all, and the sensor at the normal, each in a cone of 10 degrees (CIE 15).
-    #[value(name = "45:0")]
+    ///
+    /// Spreadsheets take the name for a time.
+    #[value(name = "45:0", aliases = ["45:00", "45:00:00"])]
     #[serde(rename = "45:0")]
     Light45,
     /// Light at the normal, and the sensor at 45 degrees.
-    #[value(name = "0:45")]
+    #[value(name = "0:45", aliases = ["00:45", "0:45:00", "00:45:00"])]
     #[serde(rename = "0:45")]
     Sensor45,
     /// A multi-angle instrument (ASTM E2194, E2539), whose directions are in further columns.
     MultiAngle,
 }
 
-/// Where a reading is taken: exactly at directions, or with an aperture around them.
+/// The geometry of a reading: exact directions, or an aperture around them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Geometry {
     /// The directions, or those in the middle of the aperture, angles in radians.
@@ -66,6 +72,16 @@ const NODES: [usize; 2] = [17, 8];
 const DENSITY: [f64; 2] = [5.0, 6.0];
 
 impl Instrument {
+    /// Returns the instrument of a name, which may have other capitals and separators of words; None if it is unknown.
+    #[must_use]
+    pub fn parse(name: &str) -> Option<Self> {
+        let mut all = Self::value_variants().iter().copied();
+        all.find(|instrument| {
+            let value = instrument.to_possible_value();
+            value.is_some_and(|value| value.get_name_and_aliases().any(|own| is_same(own, name)))
+        })
+    }
+
     /// Returns the polar angle of a gloss meter, the full angles of its receptor in the plane of incidence and across it, degrees,
     /// and the reflectance of black glass with the index 1.567 there; None for other instruments.
     fn gloss(self) -> Option<(f64, [f64; 2], f64)> {

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use glimpse_materials::untrusted::escaped_start;
 
-use super::columns::{Column, wavelength};
+use super::columns::{CIELAB, Column, Role, wavelength};
 
 /// Characters at the start of a comment line. `numpy.savetxt` writes column names as a comment.
 const COMMENT: [char; 3] = ['#', '%', '/'];
@@ -71,7 +71,16 @@ impl Layout {
         let line = line.trim_start_matches(COMMENT);
         let layouts = SEPARATORS.map(|separator| {
             let cells = split(line, separator);
-            let columns: Vec<Column> = cells.iter().map(|cell| Column::new(number, cell)).collect();
+            let mut columns: Vec<Column> =
+                cells.iter().map(|cell| Column::new(number, cell)).collect();
+            // With L, b is not blue.
+            if columns.iter().any(|column| column.name == CIELAB[0]) {
+                let others = columns.iter_mut();
+                for column in others.filter(|other| ["a", "b"].contains(&&other.label[..])) {
+                    column.name = format!("{}*", column.label);
+                    column.role = Some(Role::Reading);
+                }
+            }
             let is_known =
                 |column: &&Column| column.is_unique() && wavelength(&column.label).is_none();
             let known = columns.iter().filter(is_known).count();

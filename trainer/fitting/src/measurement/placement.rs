@@ -4,61 +4,25 @@ use std::collections::HashMap;
 
 use glimpse_core::geometry::{Angles, Arms};
 
-use super::angles::above_horizon;
 use super::conventions::AngleConvention;
+use super::distance::AngularDistance;
+use super::instrument::Geometry;
 use super::rows::{LabReading, ReadingRows};
 use super::table::TableError;
 use crate::choice::Choice;
-use crate::route::{arms_at, arms_in_degrees, wrapped};
+use crate::route::{arms_at, arms_in_degrees};
 
 /// The largest distance of a row from its sample, in degrees: a typical error of a lab's arms.
 const TOLERANCE: f64 = 0.5;
 
 /// The samples of all rows.
 pub(super) struct Placement {
-    /// The directions of the samples, in radians.
-    pub(super) directions: Vec<Angles<f32>>,
+    /// The geometry of the samples.
+    pub(super) places: Vec<Geometry>,
     /// The index of each row's sample.
     pub(super) of_rows: Vec<usize>,
     /// The largest distance of a row's directions from its sample's; None if no row has directions of a pattern.
     pub(super) max_distance: Option<AngularDistance>,
-}
-
-/// The distance between two pairs of directions.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct AngularDistance {
-    /// The largest difference of the three angles, in degrees.
-    pub degrees: f64,
-    /// The angle that differs most.
-    pub angle: &'static str,
-}
-
-impl AngularDistance {
-    /// Returns the distance between two positions of the arms in degrees: the largest of three differences. These are the
-    /// differences of theta_i, of theta_o, and of phi_o - phi_i times the smallest sine of the polar angles. The sine is
-    /// small near the normal, where azimuths matter little.
-    #[must_use]
-    pub fn between(one: &Arms<f64>, other: &Arms<f64>) -> Self {
-        let azimuth = wrapped(one.phi_o - one.phi_i - (other.phi_o - other.phi_i));
-        let polar = [one.theta_i, one.theta_o, other.theta_i, other.theta_o];
-        let sines = polar.map(|theta| theta.to_radians().sin());
-        let differences = [
-            ("theta_i", one.theta_i - other.theta_i),
-            ("theta_o", one.theta_o - other.theta_o),
-            (
-                "phi_o - phi_i, scaled by the smallest sine of a polar angle",
-                azimuth * sines.into_iter().fold(1.0, f64::min),
-            ),
-        ];
-        let distances = differences.map(|(angle, difference)| Self {
-            degrees: difference.abs(),
-            angle,
-        });
-        // NaN counts as the largest distance. Of equal ones, the first counts.
-        let distances = distances.into_iter().rev();
-        let largest = distances.max_by(|one, other| one.degrees.total_cmp(&other.degrees));
-        largest.unwrap_or_default()
-    }
 }
 
 /// Conventions that are likely causes of rows that match no sample.
@@ -99,35 +63,48 @@ impl ReadingRows {
             }
         }
         Ok(Placement {
-            directions,
+            places: directions.into_iter().map(Geometry::exact).collect(),
             of_rows,
             max_distance,
         })
     }
 
-    /// Takes the different directions of the rows as samples, in their order.
+    /// Takes the different directions and instruments of the rows as samples, in their order.
     ///
     /// # Errors
-    /// The first row without directions, or with one that is not above the horizon.
+    /// The first row without directions, with one that is not above the horizon, or with others than the instrument's.
     pub(super) fn own_samples(&self) -> Result<Placement, TableError> {
-        let mut directions = Vec::new();
-        let mut known: HashMap<[u32; 3], usize> = HashMap::new();
+        let mut places = Vec::new();
+        let mut known = HashMap::new();
         let mut of_rows = Vec::with_capacity(self.readings.len());
         for row in &self.readings {
             let error = |message: &str| self.line_error(row.line, message);
-            let angles = row.angles.ok_or_else(|| {
-                error("it has no directions, and this recipe has no pattern; give the directions")
-            })?;
-            let angles = above_horizon(angles).ok_or_else(|| error(&self.horizon_defect()))?;
-            let bits = angles.to_array().map(f32::to_bits);
-            let sample = *known.entry(bits).or_insert(directions.len());
-            if sample == directions.len() {
-                directions.push(angles);
+            let optics = row.optics;
+            if optics.fixed().is_none() && row.angles.is_none() {
+                let message =
+                    "it has no directions, and this recipe has no pattern; give the directions";
+                return Err(error(message));
+            }
+            let geometry = optics.geometry(row.angles);
+            let geometry = geometry.ok_or_else(|| error(&self.horizon_defect()))?;
+            let own = arms_in_degrees(geometry.angles);
+            let distance = row
+                .angles
+                .map(|stated| AngularDistance::between(&arms_at(stated), &own));
+            if optics.fixed().is_some() && distance.is_some_and(|one| one.degrees > TOLERANCE) {
+                let message = "its instrument determines the directions, which are others; leave the angles empty";
+                return Err(error(message));
+            }
+            let bits = geometry.angles.to_array().map(f32::to_bits);
+            let key = (bits, optics.instrument, optics.spread.map(f64::to_bits));
+            let sample = *known.entry(key).or_insert(places.len());
+            if sample == places.len() {
+                places.push(geometry);
             }
             of_rows.push(sample);
         }
         Ok(Placement {
-            directions,
+            places,
             of_rows,
             max_distance: None,
         })
@@ -169,6 +146,10 @@ impl ReadingRows {
             })
         };
         let error = |message: &str| unmatched(message, false);
+        if row.optics.fixed().is_some() || row.optics.spread != [0.0; 2] {
+            let message = "its reading is a mean over an aperture, and those of the recipe's samples are at exact directions";
+            return unmatched(message, true);
+        }
         let count = samples.len();
         if let Some(index) = row.index.filter(|index| *index >= count) {
             return error(&format!(
@@ -269,7 +250,7 @@ fn nearest(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measurement::angles::from_spherical;
+    use crate::measurement::angles::{rusinkiewicz, vector};
 
     /// theta_i, phi_i, theta_o, phi_o in degrees.
     const PATTERN: [[f64; 4]; 3] = [
@@ -281,7 +262,10 @@ mod tests {
     /// Returns the likely cause of rows that match no sample: None if all rows match, and Some(None) if the cause is
     /// unknown.
     fn cause(rows: &[[f64; 4]], indexed: bool) -> Option<Option<String>> {
-        let radians = |row: &[f64; 4]| from_spherical(row.map(f64::to_radians));
+        let radians = |row: &[f64; 4]| {
+            let [theta_i, phi_i, theta_o, phi_o] = row.map(f64::to_radians);
+            rusinkiewicz(vector(theta_i, phi_i), vector(theta_o, phi_o))
+        };
         let samples = PATTERN.map(|row| arms_at(radians(&row)));
         let rows = rows.iter().enumerate().map(|(index, row)| LabReading {
             index: indexed.then_some(index),
@@ -339,37 +323,6 @@ mod tests {
         }
     }
 
-    fn degrees(theta_i: f64, theta_o: f64, phi_o: f64) -> Arms<f64> {
-        Arms {
-            theta_i,
-            phi_i: 0.0,
-            theta_o,
-            phi_o,
-        }
-    }
-
-    #[test]
-    fn distance_weights_azimuth_by_smallest_sine() {
-        let azimuth = Some("phi_o - phi_i");
-        for (to, degrees_off, angle) in [
-            (degrees(30.2, 60.1, 179.0), 0.2, Some("theta_i")),
-            (degrees(30.1, 59.6, 179.0), 0.4, Some("theta_o")),
-            // The azimuths differ by 2 degrees, across 180; times sin(30 degrees).
-            (degrees(30.0, 60.0, -179.0), 1.0, azimuth),
-            (degrees(30.0, 60.0, 179.0 + 720.0), 0.0, Some("theta_i")),
-        ] {
-            let distance = AngularDistance::between(&degrees(30.0, 60.0, 179.0), &to);
-            assert!(
-                (distance.degrees - degrees_off).abs() < 1e-6,
-                "{distance:?}"
-            );
-            assert_eq!(distance.angle.split(',').next(), angle);
-        }
-        // At the normal the azimuth does not matter.
-        let normal = AngularDistance::between(&degrees(0.0, 60.0, 0.0), &degrees(0.0, 60.0, 90.0));
-        assert!(normal.degrees < 1e-12);
-    }
-
     #[test]
     fn finds_nearest_sample() {
         let angles = Angles {
@@ -379,10 +332,10 @@ mod tests {
         };
         let mirror = arms_at(angles);
         let theta = 0.6_f64.to_degrees();
-        let expected = degrees(theta, theta, 180.0);
+        let expected = Arms::from_array([theta, 0.0, theta, 180.0]);
         let distance = AngularDistance::between(&mirror, &expected);
         assert!(distance.degrees < 1e-9, "{mirror:?}");
-        let samples = [degrees(1.0, 1.0, 0.0), expected];
+        let samples = [Arms::from_array([1.0, 0.0, 1.0, 0.0]), expected];
         assert_eq!(nearest(None, &mirror, &samples).unwrap().0, 1);
         assert!(nearest(None, &mirror, &[]).is_none());
     }

@@ -143,8 +143,9 @@ impl ReadingQuantity {
         Self::Values(multiple, 1.0)
     }
 
-    /// Returns this multiple, or else the one that the rows state, or else the BRDF. With a tile's reflectance, it is
-    /// relative to that tile. None if it is not a reflectance factor then, or the channels of the tile differ.
+    /// Returns this multiple, or else the one that the rows state, or else with instruments percent, as they show it, or else the
+    /// BRDF. With a tile's reflectance, it is relative to that tile. None if it is not a reflectance factor then, or the channels
+    /// of the tile differ.
     #[must_use]
     pub fn of_values(
         multiple: Option<Multiple>,
@@ -153,11 +154,20 @@ impl ReadingQuantity {
     ) -> Option<Self> {
         let stated = rows.quantities.first();
         let stated = stated.and_then(|(_, _, name)| Multiple::from_str(name, false).ok());
-        let multiple = multiple.or(stated).unwrap_or(Multiple::Brdf);
+        let mut instruments = rows.readings.iter().map(|row| row.optics.instrument);
+        let shown = instruments.any(|one| one.is_some());
+        let shown = shown.then_some(Multiple::ReflectancePercent);
+        let multiple = multiple.or(stated).or(shown).unwrap_or(Multiple::Brdf);
         let [red, green, blue] = reflectance.unwrap_or([1.0; 3]);
         let is_valid =
             reflectance.is_none() || multiple.is_relative() && red == green && red == blue;
         is_valid.then_some(Self::Values(multiple, red))
+    }
+
+    /// Returns true for the same multiple of the BRDF at all directions.
+    fn is_without_cosines(&self) -> bool {
+        let is_relative = |quantity: &Quantity| *quantity == Quantity::ReflectanceFactor;
+        matches!(self, Self::Values(multiple, _) if multiple.factors().0.iter().all(is_relative))
     }
 
     /// Returns the name in the column `quantity`.
@@ -315,6 +325,22 @@ impl<'a> Conversion<'a> {
     ) -> Result<Reading, TableError> {
         let mut saturated = row.saturated;
         let reading = match self.quantity {
+            _ if let Some(unit) = row.optics.gloss_unit() => {
+                let is_valid = |number: &f32| *number >= 0.0 && *number == row.numbers[0];
+                if !row.numbers.iter().all(is_valid) {
+                    let message =
+                        "gloss is one number, 0 or more, in gloss units; give it in column value";
+                    return Err(self.rows.line_error(row.line, message));
+                }
+                Ok(Reading::new(values.map(|value| value * unit as f32)))
+            }
+            quantity if row.optics.fixed().is_some() && !quantity.is_without_cosines() => {
+                let name = quantity.name();
+                let message = format!(
+                    "{name} depends on directions, and its instrument has many; give reflectance-percent"
+                );
+                return Err(self.rows.line_error(row.line, &message));
+            }
             ReadingQuantity::Values(multiple, reflectance) => {
                 let brdf = multiple.to_brdf(values, *reflectance, at);
                 brdf.map(Reading::new)

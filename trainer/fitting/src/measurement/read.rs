@@ -4,11 +4,17 @@ use std::path::Path;
 
 use clap::{Args, ValueEnum};
 use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_materials::untrusted::escaped;
+use glimpse_materials::{Observer, Viewing};
 
 use super::angle_table::TableAngles;
-use super::columns::{CHANNELS, INDEX, MONOCHROME, Role, Unit, simplified, wavelength};
+use super::columns::{
+    CHANNELS, CIELAB, INDEX, INSTRUMENT, MONOCHROME, Role, Unit, simplified, wavelength,
+};
 use super::conventions::{AngleArgs, StatedAngles};
+use super::instrument::Instrument;
 use super::long::join_channels;
+use super::optics::Optics;
 use super::quantity::Multiple;
 use super::rows::{LabReading, ReadingRows};
 use super::table::{LeftOutRow, Mark, Row, Table, TableError};
@@ -65,10 +71,10 @@ impl ReadingRows {
             row.mark < Mark::LeftOut(LeftOutRow::Invalid)
         });
         let angles = TableAngles::find(&table, &args.angles)?;
-        if angles.is_none() && !table.has(&[INDEX]) {
+        if angles.is_none() && !table.has(&[INDEX]) && !table.has(&[INSTRUMENT]) {
             return Err(table.columns_error(
                 "which do not identify the sample of a reading; add theta_h, theta_d, phi_d, or theta_i, phi_i, \
-                 theta_o, phi_o (degrees), or index (the sample's number, from 0)",
+                 theta_o, phi_o (degrees), or index (the sample's number, from 0), or instrument",
             ));
         }
         let names = table.layout.columns.iter().map(|column| &column.name[..]);
@@ -77,14 +83,24 @@ impl ReadingRows {
         bands.sort_by(|(_, one), (_, other)| one.total_cmp(other));
         let wavelengths = bands.iter().map(|band| band.1).collect();
         let mut all = Self::new(path.into(), false, wavelengths);
-        all.is_monochrome = table.has(&[MONOCHROME]);
-        let sets = [table.has(&CHANNELS), all.is_monochrome, !bands.is_empty()];
-        let count = sets.into_iter().filter(|set| *set).count();
+        let has_value = table.has(&[MONOCHROME]);
+        let colors = [table.has(&CHANNELS), table.has(&CIELAB), !bands.is_empty()];
+        let mut count = colors.into_iter().filter(|set| *set).count();
+        // Instruments with and without colors.
+        let is_mixed = has_value && count == 1 && table.has(&[INSTRUMENT]);
+        count += usize::from(has_value && !is_mixed);
+        all.is_monochrome = has_value && !is_mixed;
+        // That of colorimeters.
+        let observer = Observer::Cie1964;
+        all.cielab = table.has(&CIELAB).then(|| Viewing {
+            observer,
+            ..Viewing::default()
+        });
         let is_ascending = all.wavelengths.is_sorted_by(|one, other| one < other);
         if count != 1 || !is_ascending || bands.len() > MAX_BANDS {
             return Err(table.columns_error(&format!(
-                "with {count} sets of readings and {} bands; give one set: r, g, b, or value for a sensor with one channel, or \
-                 at most {MAX_BANDS} different wavelengths in nm such as 390nm",
+                "with {count} sets of readings and {} bands; give one set: r, g, b, or L*, a*, b*, or value for a sensor with one \
+                 channel, or at most {MAX_BANDS} different wavelengths in nm such as 390nm",
                 bands.len()
             )));
         }
@@ -121,7 +137,7 @@ impl ReadingRows {
                 let column = "quantity".to_owned();
                 all.quantities.push((row.line, column, quantity));
             }
-            let reading = read_row(&table, row, &columns, angles, factors)?;
+            let reading = read_row(&table, row, (&columns, is_mixed), angles, factors)?;
             all.readings.push(reading);
         }
         if table.rows.is_empty() && summary.left_out.is_empty() {
@@ -137,7 +153,9 @@ impl ReadingRows {
             )));
         }
         all.summary = summary;
-        Ok(all.without_empty_rows())
+        all = all.without_empty_rows();
+        all.is_monochrome = all.readings.iter().all(|reading| reading.is_gray);
+        Ok(all)
     }
 }
 
@@ -157,6 +175,7 @@ impl Table {
             let quantity = match &simplified(&column.label)[..] {
                 "counts" => Some("counts"),
                 "reflectancefactor" | "radiancefactor" => Some("reflectance-factor"),
+                _ if column.name == CIELAB[0] => Some("reflectance-factor"),
                 label => (label.starts_with("brdf") || label == "bsdf").then_some("brdf"),
             };
             if let Some(quantity) = quantity {
@@ -185,12 +204,12 @@ fn is_sensor_below(angles: Angles<f64>) -> bool {
     at.cos_theta_i() > 1e-6 && at.cos_theta_o() < -1e-6
 }
 
-/// Reads the cells of a row. `columns` are those of the numbers, which are empty if nothing was read. The factors are those of
-/// the units of noise and exposure.
+/// Reads the cells of a row. `columns` are those of the numbers, which are empty if nothing was read; in a mixed table,
+/// `value` may have the number instead. The factors are those of the units of noise and exposure.
 fn read_row(
     table: &Table,
     row: &Row,
-    columns: &[&str],
+    (columns, is_mixed): (&[&str], bool),
     angles: Option<(StatedAngles, Angles<f64>)>,
     [noise_unit, exposure_unit]: [f32; 2],
 ) -> Result<LabReading, TableError> {
@@ -199,7 +218,17 @@ fn read_row(
     let remedy = "give the sample's number, 0, 1, 2, ...";
     let index = table.number(row, INDEX, is_index, remedy)?;
     let is_finite = |number: &f64| (*number as f32).is_finite();
-    let numbers = table.numbers(row, columns, is_finite, "correct it")?;
+    let mut numbers = table.numbers(row, columns, is_finite, "correct it")?;
+    let optics = read_optics(table, row)?;
+    let value = table.number(row, MONOCHROME, is_finite, "correct it")?;
+    let gray = value.filter(|_| is_mixed);
+    if let Some(value) = gray {
+        if !numbers.is_empty() || table.has(&CIELAB) && optics.gloss_unit().is_none() {
+            let message = "column value: only a row without colors has it; remove it, or the row's other numbers";
+            return Err(table.line_error(row.line, message));
+        }
+        numbers = vec![value; columns.len()];
+    }
     let is_noise = |noise: &f64| (0.0..=10.0).contains(&(noise_unit * *noise as f32));
     let remedy = "give the standard deviation relative to the reading, 0 to 10";
     let noise = table.number(row, "noise", is_noise, remedy)?;
@@ -215,5 +244,33 @@ fn read_row(
         saturated: row.mark == Mark::Saturated,
         noise: noise.map(|noise| noise_unit * noise as f32),
         exposure: exposure.map(|exposure| exposure_unit * exposure as f32),
+        is_gray: gray.is_some() || columns.contains(&MONOCHROME),
+        optics,
     })
+}
+
+/// Reads the instrument of a row.
+fn read_optics(table: &Table, row: &Row) -> Result<Optics, TableError> {
+    let error = |message: &str| Err(table.line_error(row.line, message));
+    let cell = table.cell(row, INSTRUMENT);
+    let instrument = Instrument::parse(cell);
+    if instrument.is_none() && !cell.is_empty() {
+        let names = Instrument::value_variants().iter().map(Choice::name);
+        return error(&format!(
+            "column {INSTRUMENT}: `{}` is unknown; give {}, or nothing for a goniometer",
+            escaped(cell),
+            names.collect::<Vec<_>>().join(", ")
+        ));
+    }
+    let angle = |name| {
+        table.unit(name)?;
+        let remedy = "give the full angle of a cone, 0 to 60 degrees";
+        table.number(row, name, |angle| (0.0..=60.0).contains(angle), remedy)
+    };
+    let spread = [angle("spread_i")?, angle("spread_o")?].map(Option::unwrap_or_default);
+    let optics = Optics { instrument, spread };
+    if optics.fixed().is_some() && spread != [0.0; 2] {
+        return error("column spread_i or spread_o: the instrument determines it; leave it empty");
+    }
+    Ok(optics)
 }

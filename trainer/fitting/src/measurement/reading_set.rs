@@ -98,6 +98,19 @@ impl ReadingSet {
         readings.collect()
     }
 
+    /// Returns a CSV sheet for the readings of instruments, `instrument,theta_i,theta_o,r,g,b,value`, with angles in degrees.
+    #[must_use]
+    pub fn blank_sheet(readings: &[PlannedReading]) -> String {
+        let rows = readings.iter().map(|reading| {
+            let instrument = reading.instrument.as_ref().map(Choice::name);
+            let angles = reading.degrees.map(|[i, o]| format!("{i},{o}"));
+            let angles = angles.unwrap_or_else(|| ",".to_owned());
+            format!("{},{angles},,,,\n", instrument.unwrap_or_default())
+        });
+        let header = "instrument,theta_i,theta_o,r,g,b,value\n".to_owned();
+        header + &rows.collect::<String>()
+    }
+
     /// Returns the geometry of the readings of sets, with both arms of exact directions displaced by an angle in degrees. Those
     /// below the horizon are omitted.
     #[must_use]

@@ -6,13 +6,15 @@ use crate::linear::{Aperture, DEFAULT_NOISE, LeftOut, PosteriorReading};
 use clap::ValueEnum;
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Repeated;
+use glimpse_materials::Brdf;
 use glimpse_materials::setting::Name;
 use serde::Serialize;
 
 use super::angles::to_directions;
 use super::clipping::clipped_rows;
+use super::distance::AngularDistance;
 use super::noise::NoiseSummary;
-use super::placement::AngularDistance;
+use super::optics::Optics;
 use super::quantity::{Conversion, ReadingQuantity};
 use super::recipe::NamedRecipe;
 use super::rows::ReadingRows;
@@ -39,6 +41,8 @@ pub struct SampleReading {
     pub angles: Angles<f32>,
     /// The aperture; None for a reading exactly at these directions.
     pub aperture: Option<Arc<Aperture>>,
+    /// The instrument.
+    pub optics: Optics,
     /// The BRDFs of its rows, linear RGB, sr^-1, or their means over the aperture; empty if the sample is missing.
     pub brdf: Repeated,
     /// The mean BRDF in each band, sr^-1; empty without bands, or if the sample is missing.
@@ -61,6 +65,7 @@ impl SampleReading {
         Self {
             angles,
             aperture: None,
+            optics: Optics::default(),
             brdf: Repeated::default(),
             bands: Vec::new(),
             noise: DEFAULT_NOISE,
@@ -75,6 +80,13 @@ impl SampleReading {
     pub fn used(&self) -> Option<[f32; 3]> {
         let mean = self.brdf.mean();
         mean.filter(|_| self.status == ReadingStatus::Used)
+    }
+
+    /// Returns the reading of a BRDF, as of a fit.
+    #[must_use]
+    pub fn of(&self, brdf: &dyn Brdf) -> [f32; 3] {
+        let aperture = self.aperture.as_ref();
+        aperture.map_or_else(|| brdf.at_angles(self.angles), |one| one.mean(brdf))
     }
 
     /// Returns the coefficient of variation of repeated readings: the sum of the channels' standard deviations divided by
@@ -162,11 +174,17 @@ impl Readings {
         }
         let has_pattern = matched.is_some();
         let placement = matched.map_or_else(|| rows.own_samples(), Ok)?;
-        let conversion = Conversion::new(&rows, &quantity, &placement.directions)?;
-        let samples = placement.directions.iter().copied();
-        let mut samples: Vec<SampleReading> = samples.map(SampleReading::new).collect();
+        let places = &placement.places;
+        let samples = places.iter().map(|place| SampleReading {
+            aperture: place.aperture.clone(),
+            ..SampleReading::new(place.angles)
+        });
+        let mut samples: Vec<SampleReading> = samples.collect();
+        let directions: Vec<_> = places.iter().map(|place| place.angles).collect();
+        let conversion = Conversion::new(&rows, &quantity, &directions)?;
         for (row, index) in rows.readings.iter().zip(&placement.of_rows) {
             let sample = &mut samples[*index];
+            sample.optics = row.optics;
             let at = to_directions(row.angles.unwrap_or(sample.angles.map(f64::from)));
             let bands = conversion.bands_to_brdf(row, *index, &at)?;
             sample.bands.resize(bands.len(), 0.0);
@@ -181,7 +199,11 @@ impl Readings {
             sample.status = ReadingStatus::Used;
         }
         let numbers = rows.readings.iter().zip(&placement.of_rows);
-        let numbers = numbers.map(|(row, index)| (placement.directions[*index], &row.numbers[..]));
+        let numbers = numbers.map(|(row, index)| {
+            let gloss = row.optics.gloss_unit();
+            let others = gloss.map_or(&row.numbers[..], |_| &[]);
+            (directions[*index], others)
+        });
         let clipped = clipped_rows(&numbers.collect::<Vec<_>>());
         for (index, is_clipped) in placement.of_rows.iter().zip(clipped) {
             samples[*index].is_clipped |= is_clipped;
@@ -201,7 +223,7 @@ impl Readings {
         let recipe = if has_pattern {
             given.clone()
         } else {
-            let recipe = given.continuing().at(&placement.directions);
+            let recipe = given.continuing().at_geometries(places);
             recipe.map_err(|defect| rows.file_error(defect.to_string()))?
         };
         Ok(Self {

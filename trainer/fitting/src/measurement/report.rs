@@ -5,14 +5,16 @@ use std::path::{Path, PathBuf};
 use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::LossPrediction;
 use glimpse_materials::basis::BasisTable;
-use glimpse_materials::{BasisFile, Brdf, FittedMaterial, Viewing};
+use glimpse_materials::{BasisFile, FittedMaterial, Viewing};
 use serde::Serialize;
 
 use super::alternatives::Doubt;
 use super::fit::MaterialFit;
 use super::gaps::Gaps;
+use super::instrument::Instrument;
 use super::loss_scale::LossScale;
 use super::noise::NoiseSummary;
+use super::optics::Optics;
 use super::outliers::{OutlierKind, OutlierSet};
 use super::readings::ReadingStatus;
 use super::spectrum::SpectrumReport;
@@ -75,6 +77,8 @@ pub struct InputSummary {
     pub rows: usize,
     /// The largest distance of a row from its sample, in degrees; None if rows have no directions of a pattern.
     pub furthest_degrees: Option<f64>,
+    /// The conditions of readings in CIELAB; None if they are not.
+    pub cielab: Option<Viewing>,
     /// The meaning that the table was given.
     #[serde(flatten)]
     pub table: TableSummary,
@@ -115,6 +119,8 @@ pub struct UnusedSample {
 pub struct OutlierSummary {
     /// The index of the sample.
     pub sample: usize,
+    /// Its instrument; None for a goniometer.
+    pub instrument: Option<Instrument>,
     /// The likely cause.
     pub kind: OutlierKind,
     /// The status of the reading.
@@ -151,6 +157,7 @@ impl FitReport {
                 quantity: readings.quantity.name(),
                 rows: readings.rows.readings.len(),
                 furthest_degrees: readings.max_distance.map(|distance| distance.degrees),
+                cielab: readings.rows.cielab,
                 table: readings.rows.summary.clone(),
             },
             doubt: fit.doubt,
@@ -193,6 +200,7 @@ impl ReadingSummary {
             let reading = &samples[sample];
             Some(OutlierSummary {
                 sample,
+                instrument: reading.optics.instrument,
                 kind: set.kind,
                 status: reading.status,
                 z: set.z as f32,
@@ -280,28 +288,41 @@ impl MaterialFit {
 
     /// Returns readings.csv, with a row for each sample. It can be corrected and fitted again.
     fn readings_csv(&self) -> String {
-        let mut csv =
-            "index,theta_i,phi_i,theta_o,phi_o,r,g,b,quantity,saturated,times,spread,fitted_r,fitted_g,fitted_b,\
-             deviation_r,deviation_g,deviation_b,expected_r,expected_g,expected_b,z,status\n"
-                .to_owned();
         let readings = &self.selection.readings;
+        let samples = readings.samples.iter();
+        let mut optics = samples.clone().map(|sample| sample.optics);
+        let has_optics = optics.any(|optics| optics != Optics::default());
+        let names = ["", "instrument,spread_i,spread_o,value,"];
+        let mut csv = names[usize::from(has_optics)].to_owned()
+            + "index,theta_i,phi_i,theta_o,phi_o,r,g,b,quantity,saturated,times,spread,fitted_r,fitted_g,fitted_b,\
+             deviation_r,deviation_g,deviation_b,expected_r,expected_g,expected_b,z,status\n";
         let posterior = &self.selection.posterior;
         let deviations = posterior.deviations(self.material.fitted(), readings.pattern());
-        for (index, (sample, deviation)) in readings.samples.iter().zip(deviations).enumerate() {
-            let [theta_i, _, theta_o, phi] = relative_arms(sample.angles).to_array();
+        for (index, (sample, deviation)) in samples.zip(deviations).enumerate() {
             let spread = sample.coefficient_of_variation();
             let prediction = sample.prediction;
             let rgb = |rgb: Option<[f32; 3]>| match rgb {
                 Some([r, g, b]) => format!("{r},{g},{b}"),
                 None => ",,".to_owned(),
             };
+            let [theta_i, _, theta_o, phi] = relative_arms(sample.angles).to_array();
+            let (unit, fixed) = (sample.optics.gloss_unit(), sample.optics.fixed());
+            if has_optics {
+                let value = unit.zip(sample.brdf.mean());
+                let value =
+                    value.map(|(unit, [brdf, ..])| format!("{:.4}", f64::from(brdf) / unit));
+                csv += &format!("{},{},", sample.optics.to_csv(), value.unwrap_or_default());
+            }
+            let angles = format!("{theta_i:.5},0,{theta_o:.5},{phi:.5}");
+            let angles = fixed.map_or(angles, |_| ",,,".to_owned());
             csv += &format!(
-                "{index},{theta_i:.5},0,{theta_o:.5},{phi:.5},{},brdf,{},{},{},{},{},{},{},{}\n",
-                rgb(sample.brdf.mean()),
+                "{index},{angles},{},{},{},{},{},{},{},{},{},{}\n",
+                rgb(sample.brdf.mean().filter(|_| unit.is_none())),
+                unit.map_or("brdf", |_| ""),
                 u8::from(sample.brdf.saturated),
                 sample.brdf.count,
                 spread.map_or_else(String::new, |spread| format!("{spread:.4}")),
-                rgb(Some(self.material.at_angles(sample.angles))),
+                rgb(Some(sample.of(&self.material))),
                 rgb(Some(deviation)),
                 rgb(prediction.map(|prediction| prediction.expected)),
                 prediction.map_or_else(String::new, |prediction| format!("{:.2}", prediction.z)),

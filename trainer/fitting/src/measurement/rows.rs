@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_materials::untrusted::escaped;
-use glimpse_materials::{Viewing, weighted_sums};
+use glimpse_materials::{Lab, Viewing, weighted_sums};
 use serde::{Deserialize, Serialize};
 
 use super::angles::{above_horizon, polar_angles};
-use super::columns::{CHANNELS, MONOCHROME};
+use super::columns::{CHANNELS, CIELAB, MONOCHROME};
 use super::conventions::{AngleArgs, AngleFormat, AngleSet, AngleUnit, StatedAngles};
+use super::optics::Optics;
 use super::summary::TableSummary;
 use super::table::TableError;
 
@@ -28,6 +29,10 @@ pub struct LabReading {
     pub stated_angles: Option<StatedAngles>,
     /// The numbers of red, green and blue, or of the bands.
     pub numbers: Vec<f32>,
+    /// True if they are one number of a sensor without colors.
+    pub is_gray: bool,
+    /// The instrument.
+    pub optics: Optics,
     /// True if the sensor was saturated.
     pub saturated: bool,
     /// The standard deviation of the noise, relative to the reading; None if it is not stated.
@@ -47,6 +52,8 @@ pub struct ReadingRows {
     pub summary: TableSummary,
     /// The wavelengths of bands in nm, in ascending order; empty for readings in RGB.
     pub wavelengths: Vec<f32>,
+    /// The conditions of colors in CIELAB, which then are the numbers of rows that are not gray.
+    pub cielab: Option<Viewing>,
     /// The readings, without empty rows.
     pub readings: Vec<LabReading>,
     /// The standard deviation of the noise of rows that do not state it, relative to the reading; None if it is unknown.
@@ -57,7 +64,7 @@ pub struct ReadingRows {
     pub(super) angle_format: Option<AngleFormat>,
     /// True if the readings are from an array.
     is_array: bool,
-    /// True if one column has the numbers of red, green and blue.
+    /// True if all rows are gray.
     pub(super) is_monochrome: bool,
     /// The weights of bands in red, green and blue.
     weights: Vec<[f64; 3]>,
@@ -124,10 +131,10 @@ impl ReadingRows {
 
     /// Returns the columns of red, green and blue.
     pub(super) fn channels(&self) -> [&'static str; 3] {
-        if self.is_monochrome {
-            [MONOCHROME; 3]
-        } else {
-            CHANNELS
+        match self.cielab {
+            _ if self.is_monochrome => [MONOCHROME; 3],
+            Some(_) => CIELAB,
+            None => CHANNELS,
         }
     }
 
@@ -136,7 +143,13 @@ impl ReadingRows {
         if let [red, green, blue] = reading.numbers[..]
             && self.weights.is_empty()
         {
-            return [red, green, blue];
+            let Some(viewing) = self.cielab.filter(|_| !reading.is_gray) else {
+                return [red, green, blue];
+            };
+            let [l, a, b] = [red, green, blue].map(f64::from);
+            return viewing
+                .rgb_of_lab(Lab { l, a, b })
+                .map(|value| value as f32);
         }
         let numbers = reading.numbers.iter().map(|number| f64::from(*number));
         weighted_sums(numbers, &self.weights).map(|sum| sum as f32)

@@ -7,6 +7,8 @@ use glimpse_materials::{Lab, Material, Viewing, ciede2000, have_color, weighted_
 use serde::Serialize;
 
 use super::fit::MaterialFit;
+use super::optics::Optics;
+use super::readings::SampleReading;
 use crate::choice::Choice;
 
 /// The colors of readings in bands and of their fit, in CIELAB.
@@ -30,6 +32,9 @@ pub struct SpectrumReading {
     /// Its directions, in radians.
     #[serde(skip)]
     pub angles: Angles<f32>,
+    /// Its instrument.
+    #[serde(skip)]
+    pub optics: Optics,
     /// The sensor's angle from the mirror direction, degrees; positive toward the light.
     pub aspecular: f32,
     /// The color of the reading: L\*, a\* and b\*; None if the bands have no color.
@@ -55,14 +60,32 @@ impl SpectrumReport {
             Lab::from_relative_xyz(weighted_sums(factors, &weights))
         };
         let samples = fit.selection.readings.samples.iter().enumerate();
-        let used = samples.filter(|(_, reading)| reading.used().is_some());
+        // A gloss meter has no spectrum.
+        let has_bands =
+            |one: &SampleReading| one.used().is_some() && one.optics.gloss_unit().is_none();
+        let used = samples.filter(|(_, reading)| has_bands(reading));
         let readings = used.map(|(sample, reading)| {
             let at = HalfDifference::from_angles(reading.angles);
-            let spectra = [reading.bands.clone(), bands.evaluate(&[at]).swap_remove(0)];
+            let (exact, aperture) = ([(reading.angles, 1.0)], reading.aperture.as_ref());
+            let directions = aperture.map_or(&exact[..], |one| &one.directions);
+            let places = directions
+                .iter()
+                .map(|one| HalfDifference::from_angles(one.0));
+            let mut fitted = vec![0.0; reading.bands.len()];
+            for (spectrum, (_, share)) in bands
+                .evaluate(&places.collect::<Vec<_>>())
+                .iter()
+                .zip(directions)
+            {
+                let sums = fitted.iter_mut().zip(spectrum);
+                sums.for_each(|(sum, value)| *sum += *share as f32 * value);
+            }
+            let spectra = [reading.bands.clone(), fitted];
             let [one, other] = spectra.each_ref().map(|spectrum| lab(spectrum));
             SpectrumReading {
                 sample,
                 angles: reading.angles,
+                optics: reading.optics,
                 aspecular: aspecular(&at),
                 lab: viewing.map(|_| [one.l, one.a, one.b]),
                 fitted_lab: viewing.map(|_| [other.l, other.a, other.b]),
@@ -87,17 +110,25 @@ impl SpectrumReport {
         let cell = |value: f64| format!(",{value:.3}");
         let colors = ",L*,a*,b*,fitted_L*,fitted_a*,fitted_b*,delta_e";
         let colors = self.illuminant.as_ref().map_or("", |_| colors);
+        let mut all = self.readings.iter();
+        let has_optics = all.any(|reading| reading.optics != Optics::default());
+        let optics = ["", "instrument,spread_i,spread_o,"][usize::from(has_optics)];
         let mut csv = format!(
-            "theta_h,theta_d,phi_d,quantity,aspecular{colors}{}{}\n",
+            "{optics}theta_h,theta_d,phi_d,quantity,aspecular{colors}{}{}\n",
             names(""),
             names("fitted_")
         );
         for reading in &self.readings {
             let degrees = reading.angles.map(f32::to_degrees).to_array();
-            let degrees = degrees.map(|angle| format!("{angle:.5}"));
+            let fixed = reading.optics.fixed();
+            let degrees =
+                degrees.map(|angle| fixed.map_or(format!("{angle:.5}"), |_| String::new()));
             let spectra = reading.spectra.iter().flatten();
             let labs = [reading.lab, reading.fitted_lab].into_iter().flatten();
             let colors = labs.flatten().chain(reading.delta_e);
+            if has_optics {
+                csv += &(reading.optics.to_csv() + ",");
+            }
             csv += &format!(
                 "{},brdf,{:.2}{}{}\n",
                 degrees.join(","),

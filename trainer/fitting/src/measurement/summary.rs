@@ -98,8 +98,7 @@ impl Table {
             return Err(self.columns_error(&format!(
                 "and the readings may depend on {}; give one file for each text of these, or --by NAME for a fit for each text of \
                  one, or --ignore \"{}\" if the readings do not depend on them. Known names are theta_i, phi_i, theta_o, phi_o, r, \
-                 g, b, value, wavelengths and noise. A color that is not linear RGB, such as HSV or CIELAB, and an instrument are \
-                 not supported yet",
+                 g, b, L*, a*, b*, value, wavelengths, noise and instrument. Other colors, such as HSV, are not supported",
                 texts.join(", "),
                 labels.join(",")
             )));
@@ -107,6 +106,9 @@ impl Table {
         let mut summary = TableSummary::default();
         for (column, role) in self.layout.columns.iter_mut().zip(roles) {
             column.role = Some(role);
+            if role == Role::Unused {
+                column.name.clear();
+            }
             summary.columns.push(ColumnSummary {
                 name: escaped(&column.label),
                 role,

@@ -122,7 +122,7 @@ impl MachineArgs {
 }
 
 /// A request for a plan.
-#[derive(Args, Clone, Copy, Debug)]
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlanArgs {
     /// Order of the samples [default: progressive for recipes trained with --scan-seconds, whose own
     /// order is a fast path; travel for others]

@@ -6,7 +6,9 @@ use std::sync::Arc;
 use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_core::geometry::Angles;
-use glimpse_fitting::measurement::{AngleArgs, AngleTable, Geometry, NamedRecipe, ReadingSet};
+use glimpse_fitting::measurement::{
+    AngleArgs, AngleTable, Geometry, NamedRecipe, PlannedReading, ReadingSet,
+};
 use glimpse_fitting::recipe::RecipeFile;
 
 use super::{read_recipe, require_pattern};
@@ -14,18 +16,31 @@ use super::{read_recipe, require_pattern};
 /// Directions for a recipe of `train --samples any`.
 #[derive(Args)]
 pub(crate) struct GeometryArgs {
-    /// Directions for a recipe of `train --samples any`: those of an instrument (multi-angle: light at 45
-    /// degrees and six aspecular angles; multi-angle-gloss: and gloss at 20, 60 and 80; in-plane: a line at
-    /// theta_i = 45; five-lines), or of a CSV file, in degrees
-    #[arg(long, value_name = "INSTRUMENT|FILE.csv")]
+    /// Readings for a recipe of `train --samples any`, separated by commas: those of instruments (gloss-20,
+    /// gloss-60, gloss-85, sci, sce, 45:0, 0:45, multi-angle at six aspecular angles, or paint-lab for all
+    /// but 45:0 and 0:45), in-plane (a line at theta_i = 45), five-lines, or those of a CSV file, in degrees
+    #[arg(long, value_name = "INSTRUMENT,...|FILE.csv")]
     geometry: Option<PathBuf>,
 }
 
 impl GeometryArgs {
-    /// Reads a recipe like [`read`](Self::read), without its basis if it has a pattern.
+    /// Returns the readings of --geometry, if those of an instrument are among them.
+    pub(crate) fn of_instruments(&self) -> Option<Vec<PlannedReading>> {
+        let sets = ReadingSet::parse(self.geometry.as_ref()?.to_str()?)?;
+        let has_instrument = sets.iter().any(|set| matches!(set, ReadingSet::Of(_)));
+        let readings = sets.into_iter().flat_map(ReadingSet::readings);
+        has_instrument.then(|| readings.collect())
+    }
+
+    /// Reads a recipe like [`read`](Self::read), without its basis if it has a pattern. All readings are at exact directions.
     pub(crate) fn read_file(&self, path: &Path) -> anyhow::Result<Arc<RecipeFile>> {
         if self.geometry.is_some() {
-            return Ok(self.read(path)?.file);
+            let named = self.read(path)?;
+            ensure!(
+                named.apertures.iter().all(Option::is_none),
+                "--geometry: devices read exact directions, and these instruments have apertures; give a file of directions"
+            );
+            return Ok(named.file);
         }
         let file = NamedRecipe::read_file(path)?;
         require_pattern(&file, &path.display().to_string())?;

@@ -5,7 +5,9 @@ use std::path::{PathBuf, absolute};
 use anyhow::ensure;
 use clap::{ArgGroup, Args};
 use glimpse_fitting::choice::Choice;
+use glimpse_fitting::measurement::{Instrument, PlannedReading, ReadingSet};
 use glimpse_fitting::route::{Order, PlanArgs, blank_sheet};
+use serde_json::json;
 
 use super::geometry::GeometryArgs;
 use super::{LINEAR_ANY, emit};
@@ -22,11 +24,15 @@ use crate::report::Table;
 /// axes move at once to change this difference, the short way around. Each moves in proportion to
 /// its speed, which takes the least time. Azimuths may exceed 180 degrees (see --no-full-turns).
 ///
+/// With instruments in --geometry, the report lists the readings to take instead of a route, and the
+/// sheet of --blank has a row for each: instrument, theta_i, theta_o, r, g, b, value. Fill in the displayed
+/// numbers: percent in r, g, b, or gloss units in value. `trainer fit` reads the sheet.
+///
 /// If samples are out of the machine's reach, the error lists all of them, and nothing is planned.
 ///
 /// Example: trainer plan neural-n8.recipe --speed 20,10,20,10 --settle 1.5 --blank readings.csv
 ///          trainer plan neural-n8.recipe --max-theta-o 85 --out plan.csv
-///          trainer plan --geometry multi-angle --blank paint.csv          # a sheet for `trainer fit`
+///          trainer plan --geometry paint-lab --blank paint.csv            # hand-held instruments
 #[derive(Args)]
 #[command(verbatim_doc_comment, group = ArgGroup::new("written").args(["out", "blank"]).multiple(true))]
 pub(crate) struct Plan {
@@ -54,6 +60,9 @@ pub(crate) struct Plan {
 impl Plan {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         self.refuse_inputs()?;
+        if let Some(readings) = self.geometry.of_instruments() {
+            return self.list(&readings);
+        }
         let file = self.geometry.read_file(&self.recipe)?;
         let recipe = file.recipe();
         let stated = file.metadata().machine();
@@ -85,6 +94,27 @@ impl Plan {
         })
     }
 
+    /// Plans the readings of hand-held instruments.
+    fn list(&self, readings: &[PlannedReading]) -> anyhow::Result<()> {
+        self.geometry.read(&self.recipe)?;
+        ensure!(
+            self.request == PlanArgs::default() && self.out.is_none(),
+            "options of a machine, --order and --out have no effect on the instruments of --geometry: remove them"
+        );
+        let sheet = ReadingSet::blank_sheet(readings).into_bytes();
+        let sheet = self.blank.iter().map(|path| (path.clone(), sheet.clone()));
+        write_files(&sheet.collect::<Vec<_>>(), self.force)?;
+        let rows = readings.iter().map(|reading| {
+            let aspecular = reading.degrees.map(|[theta_i, theta_o]| theta_i - theta_o);
+            let gloss = reading.instrument.and_then(Instrument::brdf_of_gloss_unit);
+            let unit = gloss.map_or("reflectance-percent", |_| "gloss-units");
+            json!({ "instrument": reading.instrument, "aspecular": aspecular, "unit": unit })
+        });
+        let report = json!({ "readings": rows.collect::<Vec<_>>() });
+        let table = Table::of_records(&READING_COLUMNS, &report["readings"])?;
+        emit(self.json, &report, || table.to_markdown())
+    }
+
     /// Refuses outputs that are inputs, or both the same file.
     fn refuse_inputs(&self) -> anyhow::Result<()> {
         for file in self.out.iter().chain(&self.blank) {
@@ -100,6 +130,13 @@ impl Plan {
         Ok(())
     }
 }
+
+/// The columns of the table of hand-held readings, with the angle from the mirror direction in degrees.
+const READING_COLUMNS: [(&str, &str, usize); 3] = [
+    ("instrument", "/instrument", 0),
+    ("aspecular", "/aspecular", 0),
+    ("display", "/unit", 0),
+];
 
 /// The columns of the table of visits: positions in degrees, and the seconds after which the sample is read.
 const COLUMNS: [(&str, &str, usize); 6] = [

@@ -279,6 +279,7 @@ class Recipe:
         saturated: Optional[npt.ArrayLike] = None,
         noise: Optional[npt.ArrayLike] = None,
         wavelengths: Optional[npt.ArrayLike] = None,
+        instrument: Optional[list[Optional[str]]] = None,
         white: Optional[npt.ArrayLike] = None,
         white_directions: Optional[npt.ArrayLike] = None,
         footprint: Optional[Literal["light", "sensor"]] = None,

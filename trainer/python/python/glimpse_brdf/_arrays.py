@@ -1,7 +1,7 @@
 """Conversion of arguments to arrays of numbers, and to JSON."""
 
 import json
-from typing import Any, Optional
+from typing import Any, Optional, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -31,9 +31,11 @@ def rows(
     return array
 
 
-def pairs(incoming: npt.ArrayLike, outgoing: Optional[npt.ArrayLike]) -> npt.NDArray[np.float64]:
+def pairs(
+    incoming: npt.ArrayLike, outgoing: Optional[npt.ArrayLike], free: Sequence[bool]
+) -> npt.NDArray[np.float64]:
     """Returns pairs of unit vectors, of shape (..., 2, 3), from an array of that shape, or from two arrays of shape
-    (..., 3) that are broadcast.
+    (..., 3) that are broadcast. Those for which `free` is True may be NaN.
     """
     if outgoing is None:
         array = numbers(incoming, "directions")
@@ -52,7 +54,10 @@ def pairs(incoming: npt.ArrayLike, outgoing: Optional[npt.ArrayLike]) -> npt.NDA
         except ValueError as error:
             raise GlimpseError(f"incoming and outgoing cannot be broadcast: make their shapes equal ({error})") from error
     length = np.hypot(np.hypot(array[..., 0], array[..., 1]), array[..., 2])
-    invalid = np.flatnonzero(~(np.isfinite(length) & (length > 0)))
+    valid = np.isfinite(length) & (length > 0)
+    if len(free) == len(valid):
+        valid |= np.asarray(free)[:, None] & np.isnan(array).all((1, 2))[:, None]
+    invalid = np.flatnonzero(~valid)
     if len(invalid):
         pair, side = divmod(int(invalid[0]), 2)
         x, y, z = array.reshape(-1, 3)[invalid[0]]

@@ -31,8 +31,11 @@ use crate::output::{create_out_folder, refuse_input, write_files};
 ///
 /// - directions: theta_i, phi_i, theta_o, phi_o, or another set of angles (see `trainer query
 ///   --help`), or index, the number of the recipe's sample, from 0;
-/// - reading: r, g, b; or value, of a sensor with one channel; or a wavelength in nm (390, 390nm or
-///   w390) for each band;
+/// - reading: r, g, b; or L*, a*, b* (CIELAB); or value, of a sensor with one channel; or a wavelength in
+///   nm (390, 390nm or w390) for each band;
+/// - instrument: gloss-20, gloss-60, gloss-85, sci, sce, 45:0, 0:45 (which need no directions) or
+///   multi-angle, as it shows its numbers: gloss units in value, and percent in the other columns; or
+///   spread_i and spread_o, the full angles of the cones of light and sensor (degrees);
 /// - optional: saturated (0 or 1); quantity (a value of --quantity, or counts); sample or material (see
 ///   --by); valid (0 or 1) or flag (ok or bad); scatter (BRDF or BTDF); exposure (ms or s) of counts;
 ///   and at any directions noise, the standard deviation relative to the reading (see --noise).
@@ -73,6 +76,7 @@ use crate::output::{create_out_folder, refuse_input, write_files};
 /// that would help most.
 ///
 /// Example: trainer fit --measurements multi-angle.csv --out paint/      # readings you already have
+///          trainer plan --geometry paint-lab --blank paint.csv         # a sheet for displayed numbers
 ///          trainer inspect n16.recipe                                  # directions to measure
 ///          trainer fit n16.recipe --measurements gold.csv --format rgl --out gold/
 ///          trainer fit n16.recipe --measurements lab/*.csv --quantity reflectance-factor --out fits/
@@ -149,8 +153,8 @@ impl Fit {
 
         // All fits are computed before any file is written, so that an error leaves no partial output.
         let mut fits = Vec::new();
-        for rows in rows {
-            let viewing = self.viewing.viewing(&rows)?;
+        for mut rows in rows {
+            let viewing = self.viewing.viewing(&mut rows)?;
             let fit = self.readings.fit(&given, rows, self.keep_all)?;
             let formats = self.formats(&fit.material, seed)?;
             fits.push((FitReport::new(&fit, viewing), fit, formats));

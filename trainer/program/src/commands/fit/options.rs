@@ -52,13 +52,13 @@ pub(crate) struct ReadingArgs {
     accept_implausible: bool,
 }
 
-/// Options for colors of bands.
+/// Options for colors of bands, and of readings in CIELAB.
 #[derive(Args)]
 pub(super) struct ViewingArgs {
-    /// With bands: illuminant of CIELAB [default: d65]
+    /// With bands or readings in CIELAB: its illuminant [default: d65]
     #[arg(long, value_enum)]
     illuminant: Option<Illuminant>,
-    /// With bands: observer of CIELAB, degrees [default: 2]
+    /// With bands or readings in CIELAB: its observer, degrees [default: 2 of bands, 10 of readings]
     #[arg(long, value_enum)]
     observer: Option<Observer>,
 }
@@ -129,20 +129,23 @@ impl ReadingArgs {
 }
 
 impl ViewingArgs {
-    /// Returns the viewing of colors.
+    /// Returns the viewing of colors, and makes it that of readings in CIELAB.
     ///
     /// # Errors
-    /// If an option was given, but the rows have no bands, or bands without color.
-    pub(super) fn viewing(&self, rows: &ReadingRows) -> anyhow::Result<Viewing> {
+    /// If an option was given, but the rows have neither CIELAB nor bands with a color.
+    pub(super) fn viewing(&self, rows: &mut ReadingRows) -> anyhow::Result<Viewing> {
         let is_given = self.illuminant.is_some() || self.observer.is_some();
         ensure!(
-            !is_given || have_color(&rows.wavelengths),
-            "{}: --illuminant and --observer have no effect without {COLOR_BANDS}: remove them",
+            !is_given || rows.cielab.is_some() || have_color(&rows.wavelengths),
+            "{}: --illuminant and --observer have no effect without CIELAB or {COLOR_BANDS}: remove them",
             rows.path.display()
         );
-        Ok(Viewing {
-            illuminant: self.illuminant.unwrap_or_default(),
-            observer: self.observer.unwrap_or_default(),
-        })
+        let default = rows.cielab.unwrap_or_default();
+        let viewing = Viewing {
+            illuminant: self.illuminant.unwrap_or(default.illuminant),
+            observer: self.observer.unwrap_or(default.observer),
+        };
+        rows.cielab = rows.cielab.map(|_| viewing);
+        Ok(viewing)
     }
 }

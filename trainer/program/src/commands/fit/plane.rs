@@ -27,13 +27,13 @@ pub(super) struct PlaneReading {
 }
 
 impl PlaneReading {
-    /// Creates a reading; None if it is missing or not in the plane.
+    /// Creates a reading; None if it is missing, not in the plane, or that of an instrument with many directions.
     pub(super) fn new(sample: &SampleReading) -> Option<Self> {
         let arms = relative_arms(sample.angles);
         let (sin_phi, cos_phi) = arms.phi_o.to_radians().sin_cos();
         let sin_theta = arms.theta_i.min(arms.theta_o).to_radians().sin();
         let from_plane = (sin_theta * sin_phi.abs()).asin().to_degrees();
-        let is_near = from_plane <= MAX_DISTANCE.into();
+        let is_near = from_plane <= MAX_DISTANCE.into() && sample.optics.fixed().is_none();
         Some(Self {
             luminance: luminance(sample.brdf.mean().filter(|_| is_near)?),
             theta_i: arms.theta_i as f32,

@@ -6,7 +6,7 @@ use glimpse_fitting::measurement::{
     ColumnSummary, FitReport, GlossGap, InputSummary, NoiseSummary, OutlierKind, Role,
     SpectrumReading, SpectrumReport,
 };
-use glimpse_materials::COLOR_BANDS;
+use glimpse_materials::{COLOR_BANDS, Viewing};
 use serde::Serialize;
 
 use super::super::expected_loss::with_scale;
@@ -18,9 +18,10 @@ const MAX_PLAUSIBLE_SPREAD: f32 = 0.2;
 
 /// The columns of the table of outliers. The reading of a sample and its prediction are RGB; z is their difference in
 /// standard deviations.
-const OUTLIER_COLUMNS: [(&str, &str, usize); 11] = [
+const OUTLIER_COLUMNS: [(&str, &str, usize); 12] = [
     ("kind", "/kind", 0),
     ("outlier", "/sample", 0),
+    ("instrument", "/instrument", 0),
     ("reading: r", "/reading/0", 3),
     ("g", "/reading/1", 3),
     ("b", "/reading/2", 3),
@@ -83,6 +84,15 @@ impl ReportEntry<'_> {
             .collect();
         lines.push(("read", read));
         lines.push(("columns", describe_columns(measured)));
+        lines.extend(measured.cielab.map(
+            |Viewing {
+                 illuminant,
+                 observer,
+             }| {
+                let text = format!("{}, {} degrees", illuminant.name(), observer.name());
+                ("CIELAB", text)
+            },
+        ));
         if let Some(reason) = &self.off_pattern {
             let text = format!("{} fits readings at any directions: {reason}", recipe.file);
             lines.push(("other recipe", text));
@@ -205,9 +215,12 @@ impl ReportEntry<'_> {
                 next.expected_loss, next.bound
             )
         });
+        let width =
+            "its width is not known; read gloss, or within 15 degrees of the mirror direction";
         let color = "unknown: there is one channel".to_owned();
         let lines = [
             ("gloss", gloss),
+            ("highlight", gaps.is_width_unknown.then(|| width.to_owned())),
             ("extrapolated", beyond),
             ("color", gaps.is_monochrome.then_some(color)),
             ("next reading", next),

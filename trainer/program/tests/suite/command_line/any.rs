@@ -84,7 +84,7 @@ fn rows_state_noise_and_repeat() {
     let residual = |report: &Value| number(&report[0]["residual"]["mean"]);
     assert!(residual(&noisy) > 2.0 * residual(&exact), "{noisy}");
 
-    folder.succeed("plan --geometry multi-angle --blank sheet.csv");
+    folder.succeed("plan --geometry in-plane --blank sheet.csv");
     let sheet = folder.read_text("sheet.csv").replace(",,,", ",0.1,0.2,0.3");
     assert!(
         !sheet.lines().nth(1).expect("a row").starts_with('0'),
@@ -93,7 +93,7 @@ fn rows_state_noise_and_repeat() {
     folder.write("sheet.csv", sheet);
     let report =
         folder.succeed_as_json("fit --measurements sheet.csv --out sheet --accept-implausible");
-    assert_eq!(report[0]["readings"]["used"], 6);
+    assert_eq!(report[0]["readings"]["used"], 32);
 }
 
 #[test]

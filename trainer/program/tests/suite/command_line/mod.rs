@@ -12,6 +12,7 @@ mod convert;
 mod evaluate;
 mod fit;
 mod folder;
+mod instruments;
 mod interruption;
 mod next;
 mod option_pairs;

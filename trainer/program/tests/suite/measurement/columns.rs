@@ -60,6 +60,8 @@ theta_i,theta_o,r,g,b,comment|45,0,0.104,0.047,0.025,a|45,9,9,9,9,b
 theta_i;theta_o;r;g;b|45°;0°;0,104;0,047;0,025|45°;−30°;1.234,5;2;0,1
 theta_i;theta_o;r;g;b|45;0;0.104;0.047;0.025|45;–30;1\u{202f}234.5;1'234;２
 theta_i,theta_o,r,g,b|45,0,0.104,0.047,0.025|45,-30,n/a,--,NULL
+instrument,theta_i,theta_o,r,g,b,value|,45,0,32.67,14.77,7.854,|gloss-60,,,,,,80|sci,,,30,14,7,|
+theta_i,theta_o,CIE L*,CIE a*,CIE b*|45,0,49.594,15.678,23.289
 theta_i (rad),theta_o (deg),r,g,b|0.785398,0,0.104,0.047,0.025
 theta_i,theta_o,phi (rad),r,g,b|45,0,3.14159,0.104,0.047,0.025";
 
@@ -67,9 +69,18 @@ theta_i,theta_o,phi (rad),r,g,b|45,0,3.14159,0.104,0.047,0.025";
 const REFUSED: &str = "\
 gain --ignore --by => theta_i,theta_o,r,g,b,gain|45,0,1,1,1,1|45,9,1,1,1,2
 sample --by => theta_i,theta_o,r,g,b,sample|45,0,1,1,1,a|45,9,1,1,1,b
-instrument supported => theta_i,theta_o,r,g,b,instrument|45,0,1,1,1,a
+instrument gonio gloss-60 45:0 multi-angle => theta_i,theta_o,r,g,b,instrument|45,0,1,1,1,gonio
+gloss 2 value => instrument,r,g,b|gloss-60,1,2,3
+gloss 3 value => instrument,value|gloss-20,0|gloss-60,-0.1
+2 value => instrument,theta_i,theta_o,r,g,b,value|multi-angle,45,30,1,1,1,1
+2 value => instrument,theta_i,theta_o,L*,a*,b*,value|sci,,,,,,50
+3 angles => instrument,theta_i,theta_o,value|gloss-60,60,60,1|sci,45,30,1
+2 directions => instrument,value|multi-angle,1
+brdf-cos-o => instrument,value,quantity|sci,1,brdf-cos-o
+spread_o 60 => theta_i,theta_o,value,spread_o|45,0,1,61
+spread_o => instrument,theta_i,theta_o,value,spread_o|sci,,,1,6
+quantity brdf reflectance-factor => theta_i,theta_o,L*,a*,b*,quantity|45,0,50,0,0,brdf
 hue => theta_i,theta_o,hue,saturation,value|45,0,1,1,1
-l color => theta_i,theta_o,L,a,b|45,0,1,1,1
 4 g => theta_i,theta_o,channel,value|45,0,R,1|45,0,G,1|45,9,R,1
 3 wavelength 20 => theta_i,theta_o,wavelength,value|45,0,450,1|45,0,20,1
 flag valid => theta_i,theta_o,r,g,b,flag|45,0,1,1,1,0|45,9,1,1,1,1

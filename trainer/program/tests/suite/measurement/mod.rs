@@ -3,6 +3,7 @@
 mod alternatives;
 mod any_directions;
 mod columns;
+mod instruments;
 mod outliers;
 mod quantities;
 mod rows;
