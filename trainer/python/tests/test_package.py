@@ -61,7 +61,10 @@ def test_public_items_have_docstrings():
                     assert member.__doc__, (name, key)
 
 
-@pytest.mark.parametrize("name, result", [("first_material", "velvet.bsdf"), ("next_reading", "velvet.json")])
+NOTEBOOKS = {"first_material": "velvet.bsdf", "next_reading": "velvet.json", "paint_laboratory": "red-paint_rgb.bsdf"}
+
+
+@pytest.mark.parametrize("name, result", NOTEBOOKS.items())
 def test_notebook_runs(tmp_path, monkeypatch, name, result):
     monkeypatch.setenv("MPLBACKEND", "agg")
     path = HERE.parent / f"examples/{name}.ipynb"
