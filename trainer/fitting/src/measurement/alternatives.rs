@@ -60,7 +60,7 @@ impl Alternative {
     ///
     /// These minima were chosen by right and wrong files of 64 networks of MERL, in four folds, and of 80 procedural materials;
     /// those of percent, reflectance factors and sRGB also by RGL's 17 measurements.
-    fn min_evidence(self, stated: Multiple) -> f64 {
+    fn min_evidence(self, stated: Multiple, has_apertures: bool) -> f64 {
         use AngleConvention::{Exchanged, FromMirror};
         use Multiple::{BrdfCosIO, ReflectanceFactor, ReflectancePercent, Srgb};
 
@@ -69,7 +69,14 @@ impl Alternative {
             Self::Convention(_) => 0.8,
             Self::Unit(_) => 0.5,
             // Black materials resemble bright ones whose numbers are too small.
-            Self::Quantity(other) if other.brightness() > stated.brightness() => 5.0,
+            // But a sphere also sees the reflection of their surface.
+            Self::Quantity(other) if other.brightness() > stated.brightness() => {
+                if has_apertures {
+                    1.0
+                } else {
+                    5.0
+                }
+            }
             Self::Quantity(ReflectanceFactor) => 1.2,
             Self::Quantity(BrdfCosIO | Srgb) => 1.5,
             // Percent that were not stated are frequent, and right files are far from them.
@@ -185,9 +192,11 @@ impl Doubt {
                 .filter(|other| *other != base && (*other != Multiple::Srgb || may_be_encoded));
             alternatives.extend(others.map(Alternative::Quantity));
         }
+        let has_apertures = readings.samples.iter().any(|one| one.aperture.is_some());
         let doubts = alternatives.into_iter().filter_map(|alternative| {
             let (evidence, count) = comparison.evidence(alternative, &stated)?;
-            let excess = evidence - alternative.min_evidence(base) - MIN_EVIDENCE / count;
+            let excess =
+                evidence - alternative.min_evidence(base, has_apertures) - MIN_EVIDENCE / count;
             let doubt = Self {
                 alternative,
                 evidence,
@@ -220,7 +229,15 @@ impl Comparison<'_> {
         let pairs = pairs.filter(|pair| is_compared(pair.0.2) && is_compared(pair.1.2));
         let pairs: Vec<_> = pairs.collect();
         let [fewest, most] = READINGS;
-        if pairs.len() < fewest {
+        // Gloss has one unit.
+        let is_quantity = matches!(alternative, Alternative::Quantity(_));
+        let aperture = |sample: usize| self.samples[sample].aperture.as_ref();
+        let is_gray = |sample: usize| aperture(sample).is_some_and(|one| one.is_gray);
+        let is_changed = |pair: &&(&Placed, &Placed)| !(is_quantity && is_gray(pair.0.1));
+        let changed = pairs.iter().filter(is_changed).count();
+        let has_apertures = pairs.iter().any(|pair| aperture(pair.0.1).is_some());
+        let fewest = if has_apertures { 1 } else { fewest };
+        if changed < fewest {
             return None;
         }
         let step = pairs.len().div_ceil(most);
@@ -237,7 +254,7 @@ impl Comparison<'_> {
         };
         let conversion = self.conversion.of(&quantity);
         let ratio = self.density(&conversion, &other)? - self.density(&self.conversion, &stated)?;
-        let count = stated.len() as f64;
+        let count = changed.min(stated.len()) as f64;
         Some((ratio / count, count))
     }
 
