@@ -1,6 +1,8 @@
 //! The directions to read next.
 
-use crate::linear::{Candidates, Posterior, Proposal};
+use super::instrument::{Geometry, Instrument};
+use super::reading_set::PlannedReading;
+use crate::linear::{Candidates, Posterior, PosteriorReading, Proposal};
 use crate::route::{MachineArgs, PlanError, TimedMachine, relative_arms, stops};
 use glimpse_core::geometry::{Angles, Arms};
 use serde::Serialize;
@@ -10,9 +12,12 @@ use super::NamedRecipe;
 /// A proposed reading.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct NextReading {
-    /// The direction, in degrees.
+    /// The instrument; None for a goniometer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub instrument: Option<Instrument>,
+    /// The direction, in degrees; None for an instrument that determines it.
     #[serde(flatten)]
-    pub arms: Arms<f64>,
+    pub arms: Option<Arms<f64>>,
     /// The time to move there and to read; None without a speed.
     pub seconds: Option<f64>,
     /// The expected loss after this reading and the earlier ones.
@@ -26,11 +31,52 @@ impl NextReading {
     #[must_use]
     pub fn new(proposal: &Proposal, has_seconds: bool) -> Self {
         Self {
-            arms: relative_arms(proposal.angles),
+            instrument: None,
+            arms: Some(relative_arms(proposal.angles)),
             seconds: has_seconds.then_some(proposal.seconds),
             expected_loss: proposal.expected_loss,
             bound: proposal.bound,
         }
+    }
+}
+
+impl PlannedReading {
+    /// Proposes up to `count` of planned readings, which no instrument of a list has taken, and at no measured direction.
+    #[must_use]
+    pub fn next(
+        planned: &[Self],
+        (posterior, measured): (&Posterior, &[Angles<f32>]),
+        taken: &[Option<Instrument>],
+        count: usize,
+    ) -> Vec<(Self, NextReading)> {
+        let is_open = |one: &&Self| one.degrees.is_some() || !taken.contains(&one.instrument);
+        let open = planned.iter().filter(is_open).filter_map(|one| {
+            let Geometry { angles, aperture } = one.geometry(0.0)?;
+            let candidate = PosteriorReading::new(angles, [0.0; 3]);
+            Some((
+                *one,
+                PosteriorReading {
+                    aperture,
+                    ..candidate
+                },
+            ))
+        });
+        let (open, candidates): (Vec<Self>, Vec<PosteriorReading>) = open.unzip();
+        let candidates = Candidates(candidates);
+        let proposals = posterior.next(&candidates, [measured, &[]], count, &mut None);
+        let proposals = proposals.iter().filter_map(|proposal| {
+            let one = open[proposal.candidate?];
+            let next = NextReading::new(proposal, false);
+            Some((
+                one,
+                NextReading {
+                    instrument: one.instrument,
+                    arms: next.arms.filter(|_| one.degrees.is_some()),
+                    ..next
+                },
+            ))
+        });
+        proposals.collect()
     }
 }
 

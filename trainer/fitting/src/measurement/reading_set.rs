@@ -1,7 +1,6 @@
 //! Readings that are planned and evaluated together: those of instruments, and lines of a goniometer.
 
 use clap::ValueEnum;
-use glimpse_core::geometry::Angles;
 
 use super::angles::vector;
 use super::instrument::{Geometry, Instrument};
@@ -116,21 +115,21 @@ impl ReadingSet {
     #[must_use]
     pub fn geometries(sets: &[Self], displacement: f64) -> Vec<Geometry> {
         let readings = sets.iter().flat_map(|set| set.readings());
-        let geometries = readings.filter_map(|reading| match reading.degrees {
-            None => reading.instrument?.geometry(),
-            Some([theta_i, theta_o]) => {
-                let [light, sensor] = [theta_i, -theta_o]
-                    .map(|theta| vector((theta + displacement).to_radians(), 0.0));
-                Geometry::new(light, sensor, [0.0; 2])
-            }
-        });
-        geometries.collect()
+        readings
+            .filter_map(|reading| reading.geometry(displacement))
+            .collect()
     }
+}
 
-    /// Returns the directions of the readings, or those in the middle of their apertures, angles in radians.
-    #[must_use]
-    pub fn directions(self) -> Vec<Angles<f32>> {
-        let geometries = Self::geometries(&[self], 0.0).into_iter();
-        geometries.map(|geometry| geometry.angles).collect()
+impl PlannedReading {
+    /// Returns the geometry, with both arms of exact directions displaced by an angle in degrees. None if one is below the
+    /// horizon.
+    pub(super) fn geometry(&self, displacement: f64) -> Option<Geometry> {
+        let Some([theta_i, theta_o]) = self.degrees else {
+            return self.instrument?.geometry();
+        };
+        let [light, sensor] =
+            [theta_i, -theta_o].map(|theta| vector((theta + displacement).to_radians(), 0.0));
+        Geometry::new(light, sensor, [0.0; 2])
     }
 }

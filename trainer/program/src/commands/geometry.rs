@@ -24,6 +24,11 @@ pub(crate) struct GeometryArgs {
 }
 
 impl GeometryArgs {
+    /// Returns true if --geometry was given.
+    pub(crate) fn is_given(&self) -> bool {
+        self.geometry.is_some()
+    }
+
     /// Returns the readings of --geometry, if those of an instrument are among them.
     pub(crate) fn of_instruments(&self) -> Option<Vec<PlannedReading>> {
         let sets = ReadingSet::parse(self.geometry.as_ref()?.to_str()?)?;

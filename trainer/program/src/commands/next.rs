@@ -5,13 +5,16 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use clap::Args;
-use glimpse_fitting::linear::{Posterior, Proposal};
-use glimpse_fitting::measurement::{LossScale, NamedRecipe, NextReading};
+use glimpse_fitting::linear::Posterior;
+use glimpse_fitting::measurement::{
+    LossScale, NamedRecipe, NextReading, PlannedReading, ReadingSet,
+};
 use glimpse_fitting::route::{MachineArgs, blank_directions};
 use serde::Serialize;
 
 use super::expected_loss::with_scale;
 use super::fit::options::ReadingArgs;
+use super::geometry::GeometryArgs;
 use super::{LINEAR_ANY, emit, numbers};
 use crate::output::{is_same_file, refuse_input, write_file};
 use crate::report::Table;
@@ -34,6 +37,7 @@ use crate::report::Table;
 ///          trainer next --measurements scan.csv --blank scan.csv --target 0.01
 ///          trainer next linear-n4.recipe --measurements scan.csv --speed 20,10,20,10 --max-theta-o 80
 ///          trainer next --measurements scan.csv --in-plane --count 3 --json
+///          trainer next --measurements paint.csv --geometry paint-lab      # which instrument
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Next {
@@ -52,6 +56,8 @@ pub(crate) struct Next {
     target: Option<f64>,
     #[command(flatten)]
     machine: MachineArgs,
+    #[command(flatten)]
+    geometry: GeometryArgs,
     #[command(flatten)]
     readings: ReadingArgs,
     /// CSV file for a blank sheet of the proposed readings: theta_i, phi_i, theta_o, phi_o (degrees), r, g, b.
@@ -100,7 +106,16 @@ impl Next {
         }
         let machine = given.machine(&self.machine)?;
         let any = given.continuing();
-        let (posterior, measured) = match &self.measurements {
+        let planned = self.geometry.of_instruments();
+        ensure!(
+            planned.is_none() || self.machine == MachineArgs::default(),
+            "options of a machine have no effect on the instruments of --geometry: remove them"
+        );
+        ensure!(
+            planned.is_some() || !self.geometry.is_given(),
+            "--geometry: name instruments; give the limits of a goniometer as options, such as --in-plane"
+        );
+        let (posterior, measured, taken) = match &self.measurements {
             None => {
                 ensure!(
                     !self.readings.is_given(),
@@ -108,7 +123,7 @@ impl Next {
                 );
                 let posterior = Posterior::new(&any.prior, &[]);
                 let posterior = posterior.context("the recipe's prior is not finite")?;
-                (posterior, Vec::new())
+                (posterior, Vec::new(), Vec::new())
             }
             Some(path) => {
                 // Also with readings that are unlike the others, which reduce the loss most.
@@ -116,8 +131,13 @@ impl Next {
                 if let Some(doubt) = fit.doubt {
                     eprintln!("{}: {doubt}", path.display());
                 }
-                let measured = fit.selection.readings.pattern();
-                (fit.selection.posterior, measured)
+                let readings = fit.selection.readings;
+                let instruments = readings
+                    .samples
+                    .iter()
+                    .map(|sample| sample.optics.instrument);
+                let taken = instruments.collect::<Vec<_>>();
+                (fit.selection.posterior, readings.pattern(), taken)
             }
         };
         let so_far = posterior.expected_loss();
@@ -128,14 +148,25 @@ impl Next {
             _ => self.count,
         };
         let so_far_and_measured = (&posterior, &measured[..]);
-        let proposals = given.next(&self.machine, so_far_and_measured, count)?;
+        let (sheet, directions) = if let Some(planned) = planned {
+            let next = PlannedReading::next(&planned, so_far_and_measured, &taken, count);
+            let (planned, next): (Vec<_>, Vec<_>) = next.into_iter().unzip();
+            (ReadingSet::blank_sheet(&planned), next)
+        } else {
+            let has_seconds = self.machine.position(machine).is_some();
+            let proposals = given.next(&self.machine, so_far_and_measured, count)?;
+            let next = proposals
+                .iter()
+                .map(|one| NextReading::new(one, has_seconds));
+            let next: Vec<NextReading> = next.collect();
+            let arms = next.iter().filter_map(|next| next.arms);
+            (blank_directions(&arms.collect::<Vec<_>>()), next)
+        };
         ensure!(
-            count == 0 || !proposals.is_empty(),
-            "no direction is within the limits ({}): widen them",
+            count == 0 || !directions.is_empty(),
+            "no open reading is within the limits ({}): widen them, or name other instruments",
             super::limits::describe(machine.limits)
         );
-        let has_seconds = self.machine.position(machine).is_some();
-        let direction = |proposal: &Proposal| NextReading::new(proposal, has_seconds);
         let report = Report {
             readings: posterior.readings(),
             expected_loss: so_far.loss,
@@ -143,11 +174,9 @@ impl Next {
             loss_scale: LossScale::of(&posterior),
             target: self.target,
             is_target_reached,
-            directions: proposals.iter().map(direction).collect(),
+            directions,
         };
-        if let (Some(path), false) = (&self.blank, proposals.is_empty()) {
-            let arms = report.directions.iter().map(|next| next.arms);
-            let sheet = blank_directions(&arms.collect::<Vec<_>>());
+        if let (Some(path), false) = (&self.blank, report.directions.is_empty()) {
             let sheet = if is_appended {
                 appended(path, &sheet)?
             } else {
@@ -184,7 +213,8 @@ fn appended(path: &Path, sheet: &str) -> anyhow::Result<String> {
 }
 
 /// The columns of the table of proposals: positions in degrees.
-const COLUMNS: [(&str, &str, usize); 7] = [
+const COLUMNS: [(&str, &str, usize); 8] = [
+    ("instrument", "/instrument", 0),
     ("theta_i", "/theta_i", 2),
     ("phi_i", "/phi_i", 2),
     ("theta_o", "/theta_o", 2),

@@ -207,13 +207,13 @@ impl ReportEntry<'_> {
         });
         let beyond = gaps.extrapolated_from;
         let beyond = beyond.map(|from| format!("from {from:.0} degrees on, for light and sensor"));
-        let next = gaps.next.map(|next| {
-            let [theta_i, _, theta_o, phi] = next.arms.to_array();
-            format!(
+        let next = gaps.next.and_then(|next| {
+            let [theta_i, _, theta_o, phi] = next.arms?.to_array();
+            Some(format!(
                 "theta_i {theta_i:.1}, theta_o {theta_o:.1}, phi_o - phi_i {phi:.1} degrees helps most: expected loss {:.4}, \
                  at most {:.4}",
                 next.expected_loss, next.bound
-            )
+            ))
         });
         let width =
             "its width is not known; read gloss, or within 15 degrees of the mirror direction";

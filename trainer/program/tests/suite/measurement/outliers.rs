@@ -173,7 +173,10 @@ fn exclusion_of_one_reading_pays() {
 /// lines have no outliers of this kind.
 #[test]
 fn zeros_near_the_lamp_are_excluded_together() {
-    let line: Vec<Angles<f32>> = ReadingSet::InPlane.directions();
+    let line: Vec<Angles<f32>> = {
+        let line = ReadingSet::geometries(&[ReadingSet::InPlane], 0.0);
+        line.iter().map(|geometry| geometry.angles).collect()
+    };
     let (mut right, mut found) = (0, 0);
     for index in 0..20 {
         let material = Procedural::new(index, 7);
