@@ -117,9 +117,7 @@ impl<'py> ReadingArgs<'py> {
         for (name, value) in &self.0 {
             let name: String = name.extract()?;
             let reason = match &*name {
-                "saturated" | "noise" | "wavelengths" | "instrument" => {
-                    "the file of readings states it"
-                }
+                "saturated" | "noise" | "wavelengths" | "instrument" => "the file states it",
                 "quantity" => "the readings are counts with white",
                 "ignore" | "convention" | "unit" | "azimuth_unit" => "change the arrays instead",
                 "white_directions" | "footprint" | "dark" | "white_reflectance" | "saturation" => {
@@ -151,11 +149,14 @@ impl<'py> ReadingArgs<'py> {
         }
         let names = self.take("instrument")?.map(|names| names.extract());
         let names: Vec<Option<String>> = names.transpose()?.unwrap_or_default();
-        let instruments = names
-            .iter()
-            .map(|name| choose("instrument", name.as_deref()));
+        let names = names.iter().map(Option::as_deref);
+        let instruments = names.map(|name| choose("instrument", name));
         let instruments = instruments.collect::<Result<Vec<_>>>()?;
-        let optics: Vec<Optics> = instruments.into_iter().map(Optics::from).collect();
+        let optics = instruments.into_iter().map(|instrument| Optics {
+            instrument,
+            ..Optics::default()
+        });
+        let optics: Vec<Optics> = optics.collect();
         if directions.is_none() && optics.is_empty() && given.is_any() {
             return reject("pass directions, because the recipe has none");
         }
@@ -164,10 +165,8 @@ impl<'py> ReadingArgs<'py> {
         } else {
             wavelengths.len()
         };
-        let count = match optics.len() {
-            0 => directions.is_none().then(|| given.file.recipe().samples()),
-            count => Some(count),
-        };
+        let own = directions.is_none().then(|| given.file.recipe().samples());
+        let count = Some(optics.len()).filter(|count| *count > 0).or(own);
         let hint = ", one row for each of the recipe's samples and NaN for a missing one, or pass directions";
         let hint = if directions.is_none() { hint } else { "" };
         let shape = (count, channels);

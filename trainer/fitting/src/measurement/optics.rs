@@ -7,6 +7,9 @@ use super::angles::above_horizon;
 use super::instrument::{Geometry, Instrument};
 use crate::choice::Choice;
 
+/// The columns of instruments in tables of a fit.
+pub(super) const COLUMNS: &str = "instrument,spread_i,spread_o,value,";
+
 /// The instrument of a reading, and the cones of its light and sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Optics {
@@ -29,11 +32,13 @@ impl Optics {
         self.instrument?.brdf_of_gloss_unit()
     }
 
-    /// Returns the cells of the columns `instrument`, `spread_i` and `spread_o`, separated by commas.
-    pub(super) fn to_csv(self) -> String {
+    /// Returns the cells of [`COLUMNS`], with the gloss of a mean BRDF.
+    pub(super) fn to_csv(self, brdf: Option<[f32; 3]>) -> String {
         let name = self.instrument.as_ref().map(Choice::name);
-        let [light, sensor] = self.spread;
-        format!("{},{light},{sensor}", name.unwrap_or_default())
+        let gloss = self.gloss_unit().zip(brdf);
+        let gloss = gloss.map(|(unit, [brdf, ..])| format!("{:.4}", f64::from(brdf) / unit));
+        let ([light, sensor], name) = (self.spread, name.unwrap_or_default());
+        format!("{name},{light},{sensor},{},", gloss.unwrap_or_default())
     }
 
     /// Returns the geometry of a reading at directions, in radians, which a fixed instrument does not need. None if they are
@@ -48,12 +53,5 @@ impl Optics {
         }
         let pair = HalfDifference::from_angles(angles?).directions();
         Geometry::new(pair.incoming, pair.outgoing, self.spread)
-    }
-}
-
-impl From<Option<Instrument>> for Optics {
-    fn from(instrument: Option<Instrument>) -> Self {
-        let spread = [0.0; 2];
-        Self { instrument, spread }
     }
 }

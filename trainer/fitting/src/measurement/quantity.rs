@@ -155,8 +155,8 @@ impl ReadingQuantity {
         let stated = rows.quantities.first();
         let stated = stated.and_then(|(_, _, name)| Multiple::from_str(name, false).ok());
         let mut instruments = rows.readings.iter().map(|row| row.optics.instrument);
-        let shown = instruments.any(|one| one.is_some());
-        let shown = shown.then_some(Multiple::ReflectancePercent);
+        let is_shown = instruments.any(|one| one.is_some());
+        let shown = is_shown.then_some(Multiple::ReflectancePercent);
         let multiple = multiple.or(stated).or(shown).unwrap_or(Multiple::Brdf);
         let [red, green, blue] = reflectance.unwrap_or([1.0; 3]);
         let is_valid =
@@ -328,17 +328,14 @@ impl<'a> Conversion<'a> {
             _ if let Some(unit) = row.optics.gloss_unit() => {
                 let is_valid = |number: &f32| *number >= 0.0 && *number == row.numbers[0];
                 if !row.numbers.iter().all(is_valid) {
-                    let message =
-                        "gloss is one number, 0 or more, in gloss units; give it in column value";
+                    let message = "gloss is one number of 0 or more; give it in column value";
                     return Err(self.rows.line_error(row.line, message));
                 }
                 Ok(Reading::new(values.map(|value| value * unit as f32)))
             }
             quantity if row.optics.fixed().is_some() && !quantity.is_without_cosines() => {
                 let name = quantity.name();
-                let message = format!(
-                    "{name} depends on directions, and its instrument has many; give reflectance-percent"
-                );
+                let message = format!("{name} needs one pair of directions; give percent");
                 return Err(self.rows.line_error(row.line, &message));
             }
             ReadingQuantity::Values(multiple, reflectance) => {

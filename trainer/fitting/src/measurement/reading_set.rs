@@ -103,8 +103,8 @@ impl ReadingSet {
         let rows = readings.iter().map(|reading| {
             let instrument = reading.instrument.as_ref().map(Choice::name);
             let angles = reading.degrees.map(|[i, o]| format!("{i},{o}"));
-            let angles = angles.unwrap_or_else(|| ",".to_owned());
-            format!("{},{angles},,,,\n", instrument.unwrap_or_default())
+            let cells = [instrument, angles.or(Some(",".to_owned()))];
+            cells.map(Option::unwrap_or_default).join(",") + ",,,,\n"
         });
         let header = "instrument,theta_i,theta_o,r,g,b,value\n".to_owned();
         header + &rows.collect::<String>()

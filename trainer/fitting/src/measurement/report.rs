@@ -14,7 +14,7 @@ use super::gaps::Gaps;
 use super::instrument::Instrument;
 use super::loss_scale::LossScale;
 use super::noise::NoiseSummary;
-use super::optics::Optics;
+use super::optics::{COLUMNS, Optics};
 use super::outliers::{OutlierKind, OutlierSet};
 use super::readings::ReadingStatus;
 use super::spectrum::SpectrumReport;
@@ -292,8 +292,7 @@ impl MaterialFit {
         let samples = readings.samples.iter();
         let mut optics = samples.clone().map(|sample| sample.optics);
         let has_optics = optics.any(|optics| optics != Optics::default());
-        let names = ["", "instrument,spread_i,spread_o,value,"];
-        let mut csv = names[usize::from(has_optics)].to_owned()
+        let mut csv = ["", COLUMNS][usize::from(has_optics)].to_owned()
             + "index,theta_i,phi_i,theta_o,phi_o,r,g,b,quantity,saturated,times,spread,fitted_r,fitted_g,fitted_b,\
              deviation_r,deviation_g,deviation_b,expected_r,expected_g,expected_b,z,status\n";
         let posterior = &self.selection.posterior;
@@ -308,10 +307,7 @@ impl MaterialFit {
             let [theta_i, _, theta_o, phi] = relative_arms(sample.angles).to_array();
             let (unit, fixed) = (sample.optics.gloss_unit(), sample.optics.fixed());
             if has_optics {
-                let value = unit.zip(sample.brdf.mean());
-                let value =
-                    value.map(|(unit, [brdf, ..])| format!("{:.4}", f64::from(brdf) / unit));
-                csv += &format!("{},{},", sample.optics.to_csv(), value.unwrap_or_default());
+                csv += &sample.optics.to_csv(sample.brdf.mean());
             }
             let angles = format!("{theta_i:.5},0,{theta_o:.5},{phi:.5}");
             let angles = fixed.map_or(angles, |_| ",,,".to_owned());
@@ -323,7 +319,7 @@ impl MaterialFit {
                 sample.brdf.count,
                 spread.map_or_else(String::new, |spread| format!("{spread:.4}")),
                 rgb(Some(sample.of(&self.material))),
-                rgb(Some(deviation)),
+                rgb(Some(deviation).filter(|_| sample.aperture.is_none())),
                 rgb(prediction.map(|prediction| prediction.expected)),
                 prediction.map_or_else(String::new, |prediction| format!("{:.2}", prediction.z)),
                 sample.status.name(),

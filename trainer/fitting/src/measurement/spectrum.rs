@@ -7,8 +7,7 @@ use glimpse_materials::{Lab, Material, Viewing, ciede2000, have_color, weighted_
 use serde::Serialize;
 
 use super::fit::MaterialFit;
-use super::optics::Optics;
-use super::readings::SampleReading;
+use super::optics::{COLUMNS, Optics};
 use crate::choice::Choice;
 
 /// The colors of readings in bands and of their fit, in CIELAB.
@@ -60,23 +59,18 @@ impl SpectrumReport {
             Lab::from_relative_xyz(weighted_sums(factors, &weights))
         };
         let samples = fit.selection.readings.samples.iter().enumerate();
+        let used = samples.filter(|(_, reading)| reading.used().is_some());
         // A gloss meter has no spectrum.
-        let has_bands =
-            |one: &SampleReading| one.used().is_some() && one.optics.gloss_unit().is_none();
-        let used = samples.filter(|(_, reading)| has_bands(reading));
+        let used = used.filter(|(_, reading)| reading.optics.gloss_unit().is_none());
         let readings = used.map(|(sample, reading)| {
             let at = HalfDifference::from_angles(reading.angles);
             let (exact, aperture) = ([(reading.angles, 1.0)], reading.aperture.as_ref());
             let directions = aperture.map_or(&exact[..], |one| &one.directions);
-            let places = directions
-                .iter()
-                .map(|one| HalfDifference::from_angles(one.0));
+            let places = directions.iter();
+            let places = places.map(|one| HalfDifference::from_angles(one.0));
+            let all = bands.evaluate(&places.collect::<Vec<_>>());
             let mut fitted = vec![0.0; reading.bands.len()];
-            for (spectrum, (_, share)) in bands
-                .evaluate(&places.collect::<Vec<_>>())
-                .iter()
-                .zip(directions)
-            {
+            for (spectrum, (_, share)) in all.iter().zip(directions) {
                 let sums = fitted.iter_mut().zip(spectrum);
                 sums.for_each(|(sum, value)| *sum += *share as f32 * value);
             }
@@ -112,7 +106,7 @@ impl SpectrumReport {
         let colors = self.illuminant.as_ref().map_or("", |_| colors);
         let mut all = self.readings.iter();
         let has_optics = all.any(|reading| reading.optics != Optics::default());
-        let optics = ["", "instrument,spread_i,spread_o,"][usize::from(has_optics)];
+        let optics = ["", COLUMNS][usize::from(has_optics)];
         let mut csv = format!(
             "{optics}theta_h,theta_d,phi_d,quantity,aspecular{colors}{}{}\n",
             names(""),
@@ -127,7 +121,7 @@ impl SpectrumReport {
             let labs = [reading.lab, reading.fitted_lab].into_iter().flatten();
             let colors = labs.flatten().chain(reading.delta_e);
             if has_optics {
-                csv += &(reading.optics.to_csv() + ",");
+                csv += &reading.optics.to_csv(None);
             }
             csv += &format!(
                 "{},brdf,{:.2}{}{}\n",

@@ -11,7 +11,7 @@ use serde_json::json;
 
 use super::geometry::GeometryArgs;
 use super::{LINEAR_ANY, emit};
-use crate::output::{is_same_file, refuse_recipe, write_files};
+use crate::output::{is_same_file, refuse_recipe, write_file, write_files};
 use crate::report::Table;
 
 /// Plan a scan: positions of the arms in degrees, their order, and the duration.
@@ -101,9 +101,10 @@ impl Plan {
             self.request == PlanArgs::default() && self.out.is_none(),
             "options of a machine, --order and --out have no effect on the instruments of --geometry: remove them"
         );
-        let sheet = ReadingSet::blank_sheet(readings).into_bytes();
-        let sheet = self.blank.iter().map(|path| (path.clone(), sheet.clone()));
-        write_files(&sheet.collect::<Vec<_>>(), self.force)?;
+        if let Some(blank) = &self.blank {
+            let sheet = ReadingSet::blank_sheet(readings);
+            write_file(blank, sheet.as_bytes(), self.force)?;
+        }
         let rows = readings.iter().map(|reading| {
             let aspecular = reading.degrees.map(|[theta_i, theta_o]| theta_i - theta_o);
             let gloss = reading.instrument.and_then(Instrument::brdf_of_gloss_unit);

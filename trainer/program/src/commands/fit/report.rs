@@ -6,7 +6,7 @@ use glimpse_fitting::measurement::{
     ColumnSummary, FitReport, GlossGap, InputSummary, NoiseSummary, OutlierKind, Role,
     SpectrumReading, SpectrumReport,
 };
-use glimpse_materials::{COLOR_BANDS, Viewing};
+use glimpse_materials::COLOR_BANDS;
 use serde::Serialize;
 
 use super::super::expected_loss::with_scale;
@@ -84,15 +84,10 @@ impl ReportEntry<'_> {
             .collect();
         lines.push(("read", read));
         lines.push(("columns", describe_columns(measured)));
-        lines.extend(measured.cielab.map(
-            |Viewing {
-                 illuminant,
-                 observer,
-             }| {
-                let text = format!("{}, {} degrees", illuminant.name(), observer.name());
-                ("CIELAB", text)
-            },
-        ));
+        lines.extend(measured.cielab.map(|viewing| {
+            let (illuminant, observer) = (viewing.illuminant.name(), viewing.observer.name());
+            ("CIELAB", format!("{illuminant}, {observer} degrees"))
+        }));
         if let Some(reason) = &self.off_pattern {
             let text = format!("{} fits readings at any directions: {reason}", recipe.file);
             lines.push(("other recipe", text));

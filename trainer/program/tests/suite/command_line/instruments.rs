@@ -13,32 +13,23 @@ fn sheets_are_filled_in_fitted_and_fitted_again() {
     assert_eq!(plan["readings"][5]["aspecular"], -15.0);
     let sheet = folder.read_text("sheet.csv");
     let (header, rows) = sheet.split_once('\n').expect("names");
-    let rows = rows.lines().zip(DISPLAYS.split('|'));
-    let rows = rows.map(|(row, display)| {
-        format!(
-            "{}{display}\n",
-            row.strip_suffix(",,,").expect("empty cells")
-        )
-    });
-    folder.write(
-        "filled.csv",
-        format!("{header}\n{}", rows.collect::<String>()),
-    );
-    let fit = |file: &str, out: &str| {
-        folder.succeed_as_json(&format!(
-            "fit {file} --accept-implausible --keep-all --out {out}"
-        ))
-    };
+    let mut filled = format!("{header}\n");
+    for (row, display) in rows.lines().zip(DISPLAYS.split('|')) {
+        filled += &format!("{}{display}\n", row.strip_suffix(",,,").expect("a blank"));
+    }
+    folder.write("filled.csv", filled);
+    let options = "--accept-implausible --keep-all --out";
+    let fit =
+        |file: &str, out: &str| folder.succeed_as_json(&format!("fit {file} {options} {out}"));
     let report = fit("--measurements filled.csv", "one");
     assert_eq!(report[0]["measured"]["quantity"], "reflectance-percent");
     assert_eq!(report[0]["readings"]["used"], 10);
     assert_eq!(report[0]["gaps"]["is_width_unknown"], false);
     fit("--measurements one/readings.csv", "two");
     for name in ["value", "fitted_r", "fitted_b"] {
-        let [one, two] =
-            ["one", "two"].map(|fit| folder.column(&format!("{fit}/readings.csv"), name));
-        for (one, two) in one.iter().zip(&two).filter(|(one, _)| !one.is_empty()) {
-            let [one, two] = [one, two].map(|cell| cell.parse::<f64>().expect("a number"));
+        let column = |fit: &str| folder.column(&format!("{fit}/readings.csv"), name);
+        for (one, two) in column("one").iter().zip(column("two")) {
+            let [one, two] = [one, &two].map(|cell| cell.parse::<f64>().unwrap_or_default());
             assert!((one - two).abs() <= 1e-3 * one, "{name}: {one} {two}");
         }
     }
@@ -49,10 +40,8 @@ fn sheets_are_filled_in_fitted_and_fitted_again() {
     let report = fit("neural-n8 --measurements filled.csv", "own");
     assert_eq!(report[0]["recipe"]["file"], "neural-any");
 
-    folder.write(
-        "lab.csv",
-        "theta_i,theta_o,L*,a*,b*\n45,0,50,15,20\n45,30,55,15,20\n",
-    );
+    let lab = "theta_i,theta_o,L*,a*,b*\n45,0,50,15,20\n45,30,55,15,20\n";
+    folder.write("lab.csv", lab);
     let report = fit("--measurements lab.csv --illuminant a", "lab");
     let viewing = &report[0]["measured"]["cielab"];
     assert_eq!([&viewing["illuminant"], &viewing["observer"]], ["a", "10"]);
