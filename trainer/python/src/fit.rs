@@ -86,7 +86,7 @@ impl PyFittedMaterial {
     }
 
     /// The parameters of the model in its order, float32 of shape (p,). The model linear has m coefficients for red,
-    /// then m for green, then m for blue. At any directions, each list ends with the weight of a kernel at each reading.
+    /// then m for green, then m for blue. At any directions, each list ends with the weights of kernels, one at each direction of the readings.
     #[getter]
     fn parameters(&self) -> Array<f32> {
         Array::list(self.material().fitted().values().iter().copied())

@@ -1,4 +1,4 @@
-//! The discrepancy of a material from the components of a basis: a sum of kernels, one at each of its readings.
+//! The discrepancy of a material from the components of a basis: a sum of kernels, one at each direction of its readings.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use serde::{Deserialize, Serialize};
