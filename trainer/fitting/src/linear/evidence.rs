@@ -48,8 +48,9 @@ impl Evidence {
     }
 
     /// Returns the logarithm of the density of BRDFs (linear RGB, sr^-1, not times the cosine) of the readings, without a
-    /// constant: a multivariate t of the mapped values. If all are gray, it is that of their means.
-    pub(crate) fn log_density(&self, brdf: &[[f32; 3]]) -> f64 {
+    /// constant: a multivariate t of the mapped values. If all are gray, it is that of their means. It is a density of numbers of
+    /// which the BRDFs are functions, given the logarithms of their derivatives; a gray reading has one number.
+    pub(crate) fn log_density(&self, brdf: &[[f32; 3]], derivatives: &[[f64; 3]]) -> f64 {
         let lists = mapped(&self.at, brdf);
         let all_gray = brdf.iter().all(|[r, g, b]| r == g && r == b);
         let is_gray = |index: usize| all_gray || self.at.is_gray[index];
@@ -61,14 +62,15 @@ impl Evidence {
             let diagonal = factor.l_dirty().diagonal();
             determinant += count * 2.0 * diagonal.iter().map(|entry| entry.ln()).sum::<f64>();
         }
-        let channels = |index: usize| if is_gray(index) { 1.0 } else { 3.0 };
-        let dimensions: f64 = (0..brdf.len()).map(channels).sum();
+        let channels = |index: usize| if is_gray(index) { 1 } else { 3 };
+        let dimensions = (0..brdf.len()).map(channels).sum::<usize>() as f64;
         let slope = |(index, brdf): (usize, &[f32; 3])| {
             let weight = f64::from(self.at.cosines[index]);
             let of = brdf
                 .iter()
                 .map(|f| (weight / (weight * f64::from(f.max(0.0)) + EPSILON)).ln());
-            of.sum::<f64>() * channels(index) / 3.0
+            let derivatives: f64 = derivatives[index][..channels(index)].iter().sum();
+            of.sum::<f64>() * channels(index) as f64 / 3.0 + derivatives
         };
         let slopes: f64 = brdf.iter().enumerate().map(slope).sum();
         let t = -0.5 * (determinant + (FREEDOM + dimensions) * (square / FREEDOM).ln_1p());

@@ -194,7 +194,7 @@ fn evidence_agrees_with_the_posterior() {
     let evidence = Evidence::new(&posterior(&one), &one).expect("finite");
     let density = |readings: &[PosteriorReading]| {
         let brdf: Vec<[f32; 3]> = readings.iter().map(|reading| reading.brdf).collect();
-        evidence.log_density(&brdf)
+        evidence.log_density(&brdf, &[[0.0; 3]; 12])
     };
     let expected = |readings: &[PosteriorReading]| {
         let square = 3.0 * (18.0 * posterior(readings).scale(0.0, 0) - 6.0);

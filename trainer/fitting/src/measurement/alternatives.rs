@@ -260,7 +260,7 @@ impl Comparison<'_> {
 
     /// Returns the logarithm of the density of the numbers of rows.
     fn density(&self, conversion: &Conversion<'_>, placed: &[Placed]) -> Option<f64> {
-        let (mut slopes, mut readings) = (0.0, Vec::new());
+        let (mut slopes, mut readings) = (Vec::new(), Vec::new());
         let rows = conversion.rows;
         for (row, sample, angles) in placed {
             let row = &rows.readings[*row];
@@ -275,20 +275,12 @@ impl Comparison<'_> {
                 convert([0, 1, 2].map(|channel: usize| numbers[channel] + sign * steps[channel]))
             });
             let (low, high) = (low?, high?);
-            let slope = [0, 1, 2].map(|channel: usize| {
+            slopes.push([0, 1, 2].map(|channel: usize| {
                 f64::from((high[channel] - low[channel]) / (2.0 * steps[channel])).ln()
-            });
-            let aperture = self.samples[*sample].aperture.clone();
-            // A sensor with one channel has one number.
-            let is_gray = aperture.as_ref().is_some_and(|aperture| aperture.is_gray);
-            slopes += if rows.is_monochrome || is_gray {
-                slope[0]
-            } else {
-                slope.iter().sum()
-            };
+            }));
             readings.push(PosteriorReading {
                 angles: angles.map(|angle| angle as f32),
-                aperture,
+                aperture: self.samples[*sample].aperture.clone(),
                 brdf: convert(numbers)?,
                 noise: row
                     .noise
@@ -299,7 +291,7 @@ impl Comparison<'_> {
         }
         let brdf: Vec<[f32; 3]> = readings.iter().map(|reading| reading.brdf).collect();
         let evidence = Evidence::new(self.posterior, &readings);
-        let density = evidence?.log_density(&brdf) + slopes;
+        let density = evidence?.log_density(&brdf, &slopes);
         Some(density).filter(|density| density.is_finite())
     }
 }
