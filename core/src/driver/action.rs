@@ -3,16 +3,10 @@
 #[cfg(doc)]
 use super::{Driver, Host};
 use crate::error::Error;
-#[cfg(doc)]
-use crate::error::ErrorCode;
 use crate::geometry::Directions;
 use crate::gonio::Reading;
 use crate::link::Purpose;
 use crate::scan::Residual;
-#[cfg(doc)]
-use crate::scan::Scan;
-#[cfg(doc)]
-use crate::store::Store;
 
 /// The next action of the firmware. All but [`Action::Measure`] and [`Action::Wait`] are returned once. Ignore unknown
 /// actions.
@@ -29,7 +23,7 @@ pub enum Action {
     /// these calls.
     ///
     /// Of [`Purpose::Sample`], the sample is the first pending one in the pattern's order. The firmware may read any other
-    /// of [`Scan::pending`] instead.
+    /// of [`Scan::pending`](crate::scan::Scan::pending) instead.
     Measure {
         /// The purpose. Switch the lamp off for [`Purpose::Dark`].
         purpose: Purpose,
@@ -38,7 +32,7 @@ pub enum Action {
         /// Directions of light and sensor.
         directions: Directions<f32>,
     },
-    /// Save this reading in memory that survives a reset. [`Store::save`] does this.
+    /// Save this reading in memory that survives a reset. [`Store::save`](crate::store::Store::save) does this.
     Save {
         /// Index of the sample in the recipe's pattern.
         index: u16,
@@ -47,8 +41,8 @@ pub enum Action {
     },
     /// Delete all saved readings. If this fails, try again before the next scan: a reset would restore them.
     Forget,
-    /// The fit is complete. It may be implausible: check [`Residual::implausible`] first. [`Scan::fitted`] has the
-    /// material until the next scan.
+    /// The fit is complete. It may be implausible: check [`Residual::implausible`] first.
+    /// [`Scan::fitted`](crate::scan::Scan::fitted) has the material until the next scan.
     ///
     /// The driver then sends the result to the host, and returns [`Action::Forget`] when the host has accepted it. After a
     /// reset before that, restored readings are fitted again, without a move. With [`Host::Measures`], the next scan

@@ -1,7 +1,5 @@
 //! Options of a driver.
 
-#[cfg(doc)]
-use crate::error::ErrorCode;
 use crate::gonio::Machine;
 use crate::scan::EvidenceLimits;
 
@@ -42,8 +40,8 @@ pub struct Config {
     pub steps_per_poll: u32,
     /// Interval of retransmissions of a request without a reply, in ms.
     pub retransmit_interval_ms: u32,
-    /// Timeout of a reply, in ms. After it, the scan fails if the host measures ([`ErrorCode::NoReply`]), and continues alone
-    /// if it listens. A `Hello` to a host that measures has no timeout.
+    /// Timeout of a reply, in ms. After it, the scan fails if the host measures
+    /// ([`ErrorCode::NoReply`](crate::error::ErrorCode::NoReply)), and continues alone if it listens. A `Hello` to a host that measures has no timeout.
     pub reply_timeout_ms: u32,
     /// Timeout of a reading by the host, in ms. It includes the motion of the arms.
     pub measure_timeout_ms: u32,

@@ -145,7 +145,10 @@ pub fn next(state: State, event: Event, facts: Facts) -> (State, Effect) {
         (_, Silent) => fail(host, Error::new(ErrorCode::NoReply)),
 
         (Hello, Accepted) => (after_hello, Effect::None),
-        (Offer { next }, Accepted) => (offer_after(next), Effect::None),
+        (Offer { next }, Accepted) => {
+            let next = next.saturating_add(1);
+            (Offer { next }, Effect::None)
+        }
         (Offer { .. }, Done) => (Read, Effect::None),
         (Read, Done) => (Fit, Effect::None),
         (Fit, Done) => (Send { next: 0 }, Effect::Finish),
@@ -157,12 +160,6 @@ pub fn next(state: State, event: Event, facts: Facts) -> (State, Effect) {
 
         // Replies without an effect on the state, such as those to progress.
         (_, Accepted | Received { .. } | Done) => (state, Effect::None),
-    }
-}
-
-fn offer_after(index: u16) -> State {
-    State::Offer {
-        next: index.saturating_add(1),
     }
 }
 

@@ -5,8 +5,6 @@ use core::f32::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
-#[cfg(doc)]
-use crate::error::ErrorCode;
 use crate::geometry::{Arm, Directions};
 
 /// The quantity of a reflectance measurement.
@@ -43,7 +41,7 @@ impl Quantity {
     /// The positive factor that converts the BRDF to this quantity.
     ///
     /// # Errors
-    /// [`ErrorCode::Directions`] with the arm whose cosine is needed but not above 0.
+    /// [`ErrorCode::Directions`](crate::error::ErrorCode::Directions) with the arm whose cosine is needed but not above 0.
     fn factor(self, at: &Directions<f32>) -> Result<f32, Error> {
         match self {
             Self::Brdf => Ok(1.0),
@@ -56,7 +54,7 @@ impl Quantity {
     /// Converts `values` of this quantity at a pair of directions to the BRDF, sr^-1.
     ///
     /// # Errors
-    /// [`ErrorCode::Directions`] with the arm whose cosine is needed but not above 0.
+    /// [`ErrorCode::Directions`](crate::error::ErrorCode::Directions) with the arm whose cosine is needed but not above 0.
     pub fn to_brdf(self, values: [f32; 3], at: &Directions<f32>) -> Result<[f32; 3], Error> {
         let factor = self.factor(at)?;
         Ok(values.map(|value| value / factor))
@@ -65,7 +63,7 @@ impl Quantity {
     /// Converts the BRDF `brdf`, sr^-1, at a pair of directions to this quantity.
     ///
     /// # Errors
-    /// [`ErrorCode::Directions`] with the arm whose cosine is needed but not above 0.
+    /// [`ErrorCode::Directions`](crate::error::ErrorCode::Directions) with the arm whose cosine is needed but not above 0.
     pub fn of_brdf(self, brdf: [f32; 3], at: &Directions<f32>) -> Result<[f32; 3], Error> {
         let factor = self.factor(at)?;
         Ok(brdf.map(|value| value * factor))

@@ -3,8 +3,6 @@
 use super::frame::{FRAME_BYTES, FrameReader, checksum_of, encode};
 use super::message::{Reply, Request};
 use crate::error::Error;
-#[cfg(doc)]
-use crate::error::ErrorCode;
 
 /// The distance between the first sequence numbers of consecutive seeds: 2^32 divided by the golden ratio. It keeps the
 /// numbers of consecutive seeds far apart.
@@ -38,7 +36,8 @@ impl DeviceEnd {
     /// reply arrives.
     ///
     /// # Errors
-    /// [`ErrorCode::FrameTooLong`] if the frame does not fit into `buffer`. [`FRAME_BYTES`] suffice.
+    /// [`ErrorCode::FrameTooLong`](crate::error::ErrorCode::FrameTooLong) if the frame does not fit into `buffer`.
+    /// [`FRAME_BYTES`] suffice.
     pub fn request<'b>(
         &mut self,
         request: &Request,
@@ -121,7 +120,8 @@ impl HostEnd {
     /// Writes the frame of the reply to the last request into `buffer`.
     ///
     /// # Errors
-    /// [`ErrorCode::FrameTooLong`] if the frame does not fit into `buffer`. [`FRAME_BYTES`] suffice.
+    /// [`ErrorCode::FrameTooLong`](crate::error::ErrorCode::FrameTooLong) if the frame does not fit into `buffer`.
+    /// [`FRAME_BYTES`] suffice.
     pub fn reply<'b>(&mut self, reply: Reply, buffer: &'b mut [u8]) -> Result<&'b [u8], Error> {
         let (sequence, _) = self.request.unwrap_or_default();
         let frame = encode(sequence, &reply, buffer);

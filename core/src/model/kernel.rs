@@ -10,13 +10,9 @@ use crate::numeric::{Scalar, Value};
 
 /// A number for each parameter of a model, such as the parameters, their gradient or their step sizes. It is an array
 /// in the order of recipes and exports.
-pub trait ParameterSet<T: Value>: Clone + Send + Sync + 'static {
+pub trait ParameterSet<T: Value>: AsRef<[T]> + AsMut<[T]> + Clone + Send + Sync + 'static {
     /// Returns a set whose entries all equal `value`.
     fn filled(value: T) -> Self;
-    /// The entries, in order.
-    fn as_slice(&self) -> &[T];
-    /// The entries, in order.
-    fn as_mut_slice(&mut self) -> &mut [T];
     /// A view of a list; None if the list has another length.
     fn view(list: &[T]) -> Option<&Self>;
     /// A view of a list; None if the list has another length.
@@ -25,13 +21,13 @@ pub trait ParameterSet<T: Value>: Clone + Send + Sync + 'static {
     /// Iterates over the entries, in order.
     #[inline(always)]
     fn iter(&self) -> slice::Iter<'_, T> {
-        self.as_slice().iter()
+        self.as_ref().iter()
     }
 
     /// Iterates over the entries, in order.
     #[inline(always)]
     fn iter_mut(&mut self) -> slice::IterMut<'_, T> {
-        self.as_mut_slice().iter_mut()
+        self.as_mut().iter_mut()
     }
 }
 
@@ -39,16 +35,6 @@ impl<T: Value, const N: usize> ParameterSet<T> for [T; N] {
     #[inline(always)]
     fn filled(value: T) -> Self {
         [value; N]
-    }
-
-    #[inline(always)]
-    fn as_slice(&self) -> &[T] {
-        self
-    }
-
-    #[inline(always)]
-    fn as_mut_slice(&mut self) -> &mut [T] {
-        self
     }
 
     #[inline(always)]

@@ -56,14 +56,10 @@ impl<'a> Samples<'a> {
         self.slots.is_empty()
     }
 
-    /// Splits off the first samples, up to `count`.
+    /// The first samples, up to `count`.
     #[must_use]
-    pub fn take(&mut self, count: usize) -> Self {
-        let (first, rest) = self
-            .slots
-            .split_at_checked(count)
-            .unwrap_or((self.slots, &[]));
-        self.slots = rest;
+    pub fn take(&self, count: usize) -> Self {
+        let first = self.slots.get(..count).unwrap_or(self.slots);
         Self::new(first, self.weight)
     }
 

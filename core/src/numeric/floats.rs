@@ -1,9 +1,10 @@
 //! The packed numbers of recipes.
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 
 /// A list of f32, packed as little-endian bytes, read in place.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(transparent)]
 pub struct Floats<'a>(&'a [u8]);
 
 impl<'a> Floats<'a> {
@@ -53,12 +54,6 @@ impl<'a> Floats<'a> {
     /// The numbers, in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = f32> + Clone + 'a {
         self.words().iter().map(|word| f32::from_le_bytes(*word))
-    }
-}
-
-impl<'de: 'a, 'a> Deserialize<'de> for Floats<'a> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        <&[u8]>::deserialize(deserializer).map(Self)
     }
 }
 

@@ -36,7 +36,7 @@ fn gradient_matches<M: Model>(
     let mut gradient: M::Parameters<f64> = parameters([], 0.0);
     let sample = sample(variables, weight);
     let actual = M::accumulate_gradient::<f64, true>(&theta, &sample, &mut gradient).gradient;
-    let mut derivatives = gradient.as_slice().to_vec();
+    let mut derivatives = gradient.as_ref().to_vec();
     derivatives.extend(actual.at.to_array());
     derivatives.extend(actual.measured);
     let point = [list, &variables].concat();

@@ -179,7 +179,7 @@ pub fn compare(
 /// Converts a list in the model's order to a parameter set.
 pub fn parameters<T: Value, P: ParameterSet<T>>(list: impl IntoIterator<Item = T>, zero: T) -> P {
     let mut set = P::filled(zero);
-    for (entry, value) in set.as_mut_slice().iter_mut().zip(list) {
+    for (entry, value) in set.iter_mut().zip(list) {
         *entry = value;
     }
     set

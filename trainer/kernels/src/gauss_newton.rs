@@ -445,8 +445,8 @@ kernel! {
             }
             add_to_octets(adjoint.sample, derivatives.iter_mut().map(|sum| &mut sum.sample));
         }
-        add_totals::<L>(tangent_sums.as_slice().as_flattened(), gradient.as_mut_slice());
-        add_totals::<L>(sums.as_slice(), gradient.as_mut_slice());
+        add_totals::<L>(tangent_sums.as_ref().as_flattened(), gradient.as_mut());
+        add_totals::<L>(sums.as_ref(), gradient.as_mut());
         by_error_scale.total()
     }
 }

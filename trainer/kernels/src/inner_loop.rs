@@ -203,6 +203,6 @@ impl<M: Model, R: Real> SampleList<M, R> for [Sample<R>] {
                 subtract_tangent(derivatives, sample_gradient.gradient);
             }
         }
-        product.copy_from_slice(sums.as_slice().as_flattened());
+        product.copy_from_slice(sums.as_ref().as_flattened());
     }
 }

@@ -56,7 +56,7 @@ fn add_gradients<L: Lanes, M: Model>(
         let term = M::accumulate_gradient::<L, false>(theta, &sample, &mut sums);
         loss = loss + term.loss();
     }
-    L::totals(sums.as_slice(), gradient.as_mut_slice());
+    L::totals(sums.as_ref(), gradient.as_mut());
     loss.total()
 }
 
@@ -107,7 +107,7 @@ fn add_products<L: Lanes, M: Model, const SAMPLES: bool>(
             add_to_octets(by_samples, derivatives.iter_mut());
         }
     }
-    L::totals(sums.as_slice().as_flattened(), product.as_mut_slice());
+    L::totals(sums.as_ref().as_flattened(), product.as_mut());
 }
 
 kernel! {
