@@ -24,15 +24,8 @@ const TILE: [(f32, f32); 6] = [
 /// The azimuth between lamp and sensor there, radians: away from the mirror's direction, and from the lamp.
 const AZIMUTH: f32 = 1.8;
 
-impl<S, H, R, F, O, I, T> Device<'_, S, H, R, F, O, I, T>
-where
-    S: OutputPin,
-    H: InputPin,
-    R: Sensor,
-    F: NorFlash,
-    O: Operator,
-    I: Read,
-    T: Write,
+impl<S: OutputPin, H: InputPin, R: Sensor, F: NorFlash, O: Operator, I: Read, T: Write>
+    Device<'_, S, H, R, F, O, I, T>
 {
     /// Reads dark and white counts, checks the conversion at other angles, and saves the counts. The white tile lies on the
     /// sample's place. If the lamp has no switch, the operator covers it.

@@ -73,15 +73,8 @@ pub(crate) struct Device<'s, S, H, R, F, O, I, T> {
     pub(crate) readings: u16,
 }
 
-impl<'s, S, H, R, F, O, I, T> Device<'s, S, H, R, F, O, I, T>
-where
-    S: OutputPin,
-    H: InputPin,
-    R: Sensor,
-    F: NorFlash,
-    O: Operator,
-    I: Read,
-    T: Write,
+impl<'s, S: OutputPin, H: InputPin, R: Sensor, F: NorFlash, O: Operator, I: Read, T: Write>
+    Device<'s, S, H, R, F, O, I, T>
 {
     /// Combines the parts. Positions and proofs from before a restart count.
     pub(crate) fn new(

@@ -86,15 +86,8 @@ struct Scanner<'a, K: ScanModel> {
     optics: Optics,
 }
 
-impl<S, H, R, F, O, I, T> Device<'_, S, H, R, F, O, I, T>
-where
-    S: OutputPin,
-    H: InputPin,
-    R: Sensor,
-    F: NorFlash,
-    O: Operator,
-    I: Read,
-    T: Write,
+impl<S: OutputPin, H: InputPin, R: Sensor, F: NorFlash, O: Operator, I: Read, T: Write>
+    Device<'_, S, H, R, F, O, I, T>
 {
     /// Homes the arms, and records the readings that count. [`Command::Restart`] deletes them.
     async fn begin<K: ScanModel>(

@@ -75,12 +75,9 @@ struct Board<S, H, B, F, L, W> {
 }
 
 /// Scans on command, one material after the other, or reports an error of recipe, settings or flash.
-async fn scan<S, H>(
+async fn scan<S: OutputPin, H: InputPin>(
     board: Board<S, H, impl I2c, impl NorFlash, (impl Read, impl Write), impl Wait + InputPin>,
-) where
-    S: OutputPin,
-    H: InputPin,
-{
+) {
     let mut panel = Panel::new(board.button, board.light);
     let (mut receiver, mut sender) = board.line;
     let line = (&mut receiver, &mut sender);
@@ -89,16 +86,12 @@ async fn scan<S, H>(
     report(error, &mut panel, &mut sender).await
 }
 
-async fn start<S, H>(
+async fn start<S: OutputPin, H: InputPin>(
     (axes, lamp, sensor): ([(S, S, H); 4], S, impl I2c),
     (flash, layout): (impl NorFlash, Layout),
     line: (impl Read, impl Write),
     panel: &mut impl Operator,
-) -> Result<Infallible, Error>
-where
-    S: OutputPin,
-    H: InputPin,
-{
+) -> Result<Infallible, Error> {
     static MEMORY: StaticCell<[f32; MEMORY_WORDS]> = StaticCell::new();
     let memory = MEMORY
         .try_init([0.0; MEMORY_WORDS])
