@@ -1,18 +1,73 @@
 //! The spectrum of a fit: each band with the model and the recipe of the fit in RGB.
+//!
+//! A fit in RGB allows for errors of a few percent, which are visible differences of color. So the errors of the bands at the
+//! readings are added to their mapped values, and the fit is repeated. Three repetitions reduce the errors of mapped values at
+//! the readings from 0.035 to 0.010, and raise the loss from 0.0282 to 0.0304 (36 networks of MERL, six aspecular angles,
+//! `linear-any`).
 
 use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::ModelKind;
 use glimpse_materials::{BandValues, Bands};
 use rayon::prelude::*;
 
 use super::readings::{Readings, known_readings};
-use crate::linear::{Posterior, PosteriorReading};
+use crate::linear::{Aperture, Posterior, PosteriorReading};
+
+/// The number of repetitions.
+const REPETITIONS: usize = 3;
 
 /// Fits each band of the used readings. `known` are the readings of the posterior.
 ///
 /// # Errors
 /// If a fit fails as it would on a device.
 pub(super) fn fit_bands(
+    readings: &Readings,
+    posterior: &Posterior,
+    known: &[PosteriorReading],
+) -> Result<Bands, Error> {
+    let samples = known_readings(&readings.samples).into_iter();
+    let measured = samples.map(|sample| readings.samples[sample].bands.clone());
+    let measured: Vec<Vec<f32>> = measured.collect();
+    let mut posterior = posterior.of_bands(&measured);
+    let mut bands = fit_once(readings, &posterior, known)?;
+    for _ in 0..REPETITIONS {
+        let fitted = known.iter().zip(&measured);
+        let fitted = fitted.map(|(reading, measured)| match reading.aperture.as_deref() {
+            // Gloss has no bands.
+            Some(aperture) if aperture.is_gray => measured.clone(),
+            aperture => mean_bands(&bands, reading.angles, aperture),
+        });
+        posterior = posterior.corrected(&measured, &fitted.collect::<Vec<_>>());
+        bands = fit_once(readings, &posterior, known)?;
+    }
+    Ok(bands)
+}
+
+/// Returns the means of bands over an aperture, or the bands at a direction, sr^-1.
+pub(super) fn mean_bands(
+    bands: &Bands,
+    angles: Angles<f32>,
+    aperture: Option<&Aperture>,
+) -> Vec<f32> {
+    let exact = [(angles, 1.0)];
+    let directions = aperture.map_or(&exact[..], |aperture| &aperture.directions);
+    let at = directions.iter();
+    let at = at.map(|(angles, _)| HalfDifference::from_angles(*angles));
+    let mut means = vec![0.0; bands.wavelengths().len()];
+    for (spectrum, (_, share)) in bands
+        .evaluate(&at.collect::<Vec<_>>())
+        .iter()
+        .zip(directions)
+    {
+        for (mean, value) in means.iter_mut().zip(spectrum) {
+            *mean += *share as f32 * value;
+        }
+    }
+    means
+}
+
+fn fit_once(
     readings: &Readings,
     posterior: &Posterior,
     known: &[PosteriorReading],
@@ -24,8 +79,6 @@ pub(super) fn fit_bands(
         ..
     } = readings;
     let of_known = known_readings(samples);
-    let values = of_known.iter().map(|sample| &samples[*sample].bands[..]);
-    let posterior = posterior.of_bands(known, &values.collect::<Vec<_>>());
     let model = recipe.file.recipe().model();
     let fit = |band: usize| {
         // The fit of Linear is the expected material.
@@ -55,6 +108,6 @@ pub(super) fn fit_bands(
         values: values.collect(),
         wavelengths,
     };
-    let bands = Bands::new(values, model, recipe.basis_of(&posterior).as_deref());
+    let bands = Bands::new(values, model, recipe.basis_of(posterior).as_deref());
     bands.ok_or(Error::new(ErrorCode::Diverged))
 }

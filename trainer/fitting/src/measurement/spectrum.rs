@@ -6,6 +6,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_materials::{Lab, Material, Viewing, ciede2000, have_color, weighted_sums};
 use serde::Serialize;
 
+use super::bands::mean_bands;
 use super::fit::MaterialFit;
 use super::optics::{COLUMNS, Optics};
 use crate::choice::Choice;
@@ -64,16 +65,7 @@ impl SpectrumReport {
         let used = used.filter(|(_, reading)| reading.optics.gloss_unit().is_none());
         let readings = used.map(|(sample, reading)| {
             let at = HalfDifference::from_angles(reading.angles);
-            let (exact, aperture) = ([(reading.angles, 1.0)], reading.aperture.as_ref());
-            let directions = aperture.map_or(&exact[..], |one| &one.directions);
-            let places = directions.iter();
-            let places = places.map(|one| HalfDifference::from_angles(one.0));
-            let all = bands.evaluate(&places.collect::<Vec<_>>());
-            let mut fitted = vec![0.0; reading.bands.len()];
-            for (spectrum, (_, share)) in all.iter().zip(directions) {
-                let sums = fitted.iter_mut().zip(spectrum);
-                sums.for_each(|(sum, value)| *sum += *share as f32 * value);
-            }
+            let fitted = mean_bands(bands, reading.angles, reading.aperture.as_deref());
             let spectra = [reading.bands.clone(), fitted];
             let [one, other] = spectra.each_ref().map(|spectrum| lab(spectrum));
             SpectrumReading {
