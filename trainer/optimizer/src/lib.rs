@@ -95,11 +95,8 @@ fn tensor(values: Vec<f32>) -> Tensor<Backend, 1> {
 }
 
 fn to_vec(tensor: Tensor<Backend, 1>) -> Vec<f32> {
-    let data = tensor.into_data();
-    match data.as_slice() {
-        Ok(numbers) => numbers.to_vec(),
-        Err(_) => data.iter::<f32>().collect(),
-    }
+    let numbers = tensor.into_data().into_vec();
+    numbers.expect("the tensor has the type f32")
 }
 
 impl Optimizer {

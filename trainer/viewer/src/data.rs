@@ -12,6 +12,7 @@ use glimpse_fitting::recipe::RecipeFile;
 use glimpse_fitting::route::relative_arms;
 use glimpse_materials::Material;
 use glimpse_materials::loss::coarse_directions;
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::table::{fit_to_json, tabulate};
@@ -35,14 +36,15 @@ pub struct RecipeScan {
 }
 
 /// A reference material for the fits.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Reference {
     name: String,
-    table: Vec<u8>,
+    /// The displayed table, in base64.
+    table: String,
     /// Loss of the displayed table against the material.
     pub table_loss: f64,
-    /// Angles and BRDF values, little-endian.
-    reference_values: Vec<u8>,
+    /// Angles and BRDF values, little-endian, in base64.
+    judge: String,
 }
 
 impl Reference {
@@ -57,19 +59,10 @@ impl Reference {
         }
         Self {
             name: material.name().to_owned(),
-            table,
+            table: STANDARD.encode(table),
             table_loss,
-            reference_values,
+            judge: STANDARD.encode(reference_values),
         }
-    }
-
-    fn to_json(&self) -> Value {
-        json!({
-            "name": self.name,
-            "table": STANDARD.encode(&self.table),
-            "table_loss": self.table_loss,
-            "judge": STANDARD.encode(&self.reference_values),
-        })
     }
 }
 
@@ -125,7 +118,7 @@ impl View {
         let data = json!({
             "title": self.title,
             "wasm": STANDARD.encode(WASM),
-            "reference": self.reference.as_ref().map(Reference::to_json),
+            "reference": self.reference,
             "shown": scans,
         });
         data.to_string().replace('<', "\\u003c")

@@ -5,6 +5,7 @@
 //! fewer nodes.
 
 use std::f64::consts::{FRAC_PI_2, SQRT_2, TAU};
+use std::iter::once;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::Nodes;
@@ -99,20 +100,13 @@ fn columns_at_nodes(basis: &BasisTable, components: usize, nodes: Nodes) -> Vec<
 
 /// Returns the mean and the components, each averaged over the angles and their mirror image at 2 pi - phi_d.
 fn symmetrized(basis: &BasisTable, angles: &Angles<f64>, components: usize) -> Vec<f32> {
-    let both =
-        [angles.phi_d, TAU - angles.phi_d].map(|phi_d| basis.look_up(Angles { phi_d, ..*angles }));
-    let [one, other] = &both;
-    let components = one
-        .components
-        .iter()
-        .zip(&other.components)
-        .take(components);
-    let values = components.map(|(one, other)| 0.5 * (one[0] + other[0]));
-    let mean = 0.5 * (one.center[0] + other.center[0]);
-    [mean]
-        .into_iter()
-        .chain(values)
-        .map(|value| value as f32)
+    let [one, other] = [angles.phi_d, TAU - angles.phi_d].map(|phi_d| {
+        let entry = basis.look_up(Angles { phi_d, ..*angles });
+        once(entry.center).chain(entry.components)
+    });
+    let pairs = one.zip(other).take(1 + components);
+    pairs
+        .map(|(one, other)| (0.5 * (one[0] + other[0])) as f32)
         .collect()
 }
 
