@@ -1,7 +1,5 @@
 //! The header of recipes and compact bases: magic, version (u16), length of the body (u32), and the CRC-32 of version,
 //! length and body (u32), little-endian.
-#![deny(clippy::arithmetic_side_effects)]
-
 use crate::checksum::crc_32_of_file;
 use crate::error::{Error, ErrorCode};
 

@@ -3,6 +3,8 @@
 //! It is public because the trainer uses the same code as the firmware. It is **not part of this crate's stable API**,
 //! and may change in any version. Firmware does not need it.
 
+#![allow(clippy::arithmetic_side_effects)]
+
 mod floats;
 pub mod math;
 mod parts;

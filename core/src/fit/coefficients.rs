@@ -208,25 +208,16 @@ impl<'a> Coefficients<'a> {
     }
 
     fn split<'w>(&self, words: &'w mut [f32], samples: usize) -> Option<Parts<'w>> {
-        let [
-            coefficients,
-            innovation,
-            net,
-            targets,
-            scales,
-            factors,
-            z,
-            scratch,
-        ] = split(words, self.lengths(samples))?;
+        let mut parts = split(words, self.lengths(samples))?.into_iter();
         Some(Parts {
-            coefficients,
-            innovation: innovation.first_mut()?,
-            net,
-            targets,
-            scales,
-            factors,
-            z,
-            scratch,
+            coefficients: parts.next()?,
+            innovation: parts.next()?.first_mut()?,
+            net: parts.next()?,
+            targets: parts.next()?,
+            scales: parts.next()?,
+            factors: parts.next()?,
+            z: parts.next()?,
+            scratch: parts.next()?,
         })
     }
 

@@ -56,20 +56,13 @@ impl<T> Groups<T> {
     }
 
     /// Applies a function to each group.
-    pub fn map<U>(&self, function: impl FnMut(&T) -> U) -> Groups<U> {
-        let [
-            initial,
-            hyperparameters,
-            pattern,
-            coefficient_net,
-            start_net,
-        ] = self.each().map(function);
+    pub fn map<U>(&self, mut function: impl FnMut(&T) -> U) -> Groups<U> {
         Groups {
-            initial,
-            hyperparameters,
-            pattern,
-            coefficient_net,
-            start_net,
+            initial: function(&self.initial),
+            hyperparameters: function(&self.hyperparameters),
+            pattern: function(&self.pattern),
+            coefficient_net: function(&self.coefficient_net),
+            start_net: function(&self.start_net),
         }
     }
 }
