@@ -1,86 +1,79 @@
-//! The fit of today's practice for readings at any directions: a diffuse and a GGX lobe with seven parameters, by robust least
-//! squares of logarithms from six starts (Walter et al. 2007; separable Smith shadowing, Schlick's Fresnel term).
+//! The fit of today's practice for readings at any directions: a diffuse and a GGX lobe with eight parameters, by robust
+//! least squares from four starts (Walter et al. 2007; separable Smith shadowing, Schlick's Fresnel term).
 
-use std::f64::consts::FRAC_1_PI;
+use std::f64::consts::PI;
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_core::model::linear::EPSILON;
-use glimpse_materials::Brdf;
-
 use glimpse_fitting::linear::{LUMINANCE, PosteriorReading};
+use glimpse_materials::Brdf;
 
 use crate::least_squares::Errors;
 use crate::shading::{Cosines, schlick, separable_lobe};
 
-/// The number of parameters: logarithms of the diffuse color, of the reflectance at normal incidence, and of the roughness.
-const PARAMETERS: usize = 7;
-const BOUNDS: [f64; 2] = [-9.0, 3.0];
-/// The mean and the inverse deviation of a weak prior, which keeps what the readings leave open.
-const MEANS: [f64; PARAMETERS] = [-2.0, -2.0, -2.0, -3.0, -3.0, -3.0, -1.5];
-const WEIGHT: f64 = 0.03;
-/// The largest roughness.
-const MAX_ROUGHNESS: f64 = 1.3;
-/// The roughness of starts, and their diffuse color and reflectance.
-const ROUGHNESS: [f64; 3] = [0.05, 0.2, 0.5];
-const COLORS: [[f64; 2]; 2] = [[0.3, 0.04], [0.02, 0.5]];
-/// The error of a mapped BRDF from which on errors count absolutely instead of squared.
+const PARAMETERS: usize = 8;
+/// The bounds of each parameter: logarithms of the diffuse and of the specular color, the logarithm of the roughness, and
+/// the logit of the reflectance at normal incidence.
+const BOUNDS: [[f64; 2]; PARAMETERS] = [
+    [-9.0, 1.5],
+    [-9.0, 1.5],
+    [-9.0, 1.5],
+    [-9.0, 3.0],
+    [-9.0, 3.0],
+    [-9.0, 3.0],
+    [-4.6, 0.3],
+    [-6.0, 6.0],
+];
+/// The roughness of each start.
+const ROUGHNESS: [f64; 4] = [0.03, 0.1, 0.3, 0.7];
+/// The error from which on errors count absolutely instead of squared.
 const ROBUST_SCALE: f64 = 0.05;
 
 /// A fitted diffuse and GGX lobe.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ggx([f64; PARAMETERS]);
 
-/// A reading: its directions with their shares, the cosines of its map, and its value.
+/// A reading: its directions with their shares, cos(theta_i), and its value.
 struct Target {
     directions: Vec<(Cosines, f64)>,
-    cosines: f64,
-    brdf: [f64; 3],
+    cosine: f64,
+    rgb: [f64; 3],
     is_gray: bool,
 }
 
 impl Target {
     fn new(reading: &PosteriorReading) -> Self {
-        let cosines = |angles| Cosines::of(&HalfDifference::from_angles(angles));
-        let directions = match &reading.aperture {
-            None => vec![(cosines(reading.angles), 1.0)],
-            Some(aperture) => {
-                let directions = aperture.directions.iter();
-                directions
-                    .map(|(angles, share)| (cosines(*angles), *share))
-                    .collect()
-            }
-        };
-        let shares = directions.iter();
-        let shares = shares.map(|(at, share)| share / (at.light * at.sensor));
+        let aperture = reading.aperture.as_deref();
+        let exact = [(reading.angles, 1.0)];
+        let directions = aperture.map_or(&exact[..], |aperture| &aperture.directions);
+        let directions = directions.iter().map(|(angles, share)| {
+            let at = HalfDifference::from_angles(*angles);
+            (Cosines::of(&at), *share)
+        });
         Self {
-            cosines: 1.0 / shares.sum::<f64>(),
-            directions,
-            brdf: reading.brdf.map(|f| f64::from(f.max(0.0))),
-            is_gray: reading
-                .aperture
-                .as_ref()
-                .is_some_and(|aperture| aperture.is_gray),
+            directions: directions.collect(),
+            cosine: f64::from(HalfDifference::from_angles(reading.angles).cos_theta_i()).max(1e-2),
+            rgb: reading.brdf.map(|y| f64::from(y.max(0.0))),
+            is_gray: aperture.is_some_and(|aperture| aperture.is_gray),
         }
     }
 
-    /// Returns the number of errors.
-    fn count(&self) -> usize {
-        if self.is_gray { 1 } else { 3 }
-    }
-
-    /// Returns the differences of the mapped BRDFs, one for each error.
-    fn errors(&self, ggx: &Ggx) -> [f64; 3] {
-        let mut mean = [0.0; 3];
+    /// Writes the square roots of the robust errors of the loss.
+    fn write_errors(&self, ggx: Ggx, errors: &mut [f64]) {
+        let mut modeled = [0.0; 3];
         for (at, share) in &self.directions {
-            for (mean, value) in mean.iter_mut().zip(ggx.brdf(at)) {
-                *mean += share * value;
+            for (sum, value) in modeled.iter_mut().zip(ggx.brdf(at)) {
+                *sum += share * value;
             }
         }
         if self.is_gray {
-            mean = [mean.iter().zip(LUMINANCE).map(|(f, y)| f * y).sum(); 3];
+            modeled = [modeled.iter().zip(LUMINANCE).map(|(f, y)| f * y).sum(); 3];
         }
-        let mapped = |f: f64| (f * self.cosines + EPSILON).ln();
-        std::array::from_fn(|channel| mapped(mean[channel]) - mapped(self.brdf[channel]))
+        let pairs = modeled.into_iter().zip(self.rgb);
+        for (root, (modeled, read)) in errors.iter_mut().zip(pairs) {
+            let error = (modeled * self.cosine).ln_1p() - (read * self.cosine).ln_1p();
+            let hypotenuse = (1.0 + (error / ROBUST_SCALE).powi(2)).sqrt();
+            *root = ROBUST_SCALE * (2.0 * (hypotenuse - 1.0)).sqrt() * error.signum();
+        }
     }
 }
 
@@ -88,57 +81,41 @@ impl Ggx {
     /// Fits readings.
     pub(super) fn fit(readings: &[PosteriorReading]) -> Self {
         let targets: Vec<Target> = readings.iter().map(Target::new).collect();
-        let count: usize = targets.iter().map(Target::count).sum();
+        let diffuse = [0, 1, 2].map(|channel| {
+            let mut values: Vec<f64> = targets.iter().map(|one| one.rgb[channel]).collect();
+            values.sort_by(f64::total_cmp);
+            let median = values.get(values.len() / 2).copied().unwrap_or_default();
+            (0.7 * PI * median).max(1e-3).ln()
+        });
         let errors = Errors {
-            count: count + PARAMETERS,
+            count: 3 * targets.len(),
             write: &|values, errors| {
-                let parameters = std::array::from_fn(|index| values[index]);
-                let ggx = Self(parameters);
-                let (mut rest, priors) = errors.split_at_mut(count);
-                for target in &targets {
-                    let (own, others) = rest.split_at_mut(target.count());
-                    for (root, error) in own.iter_mut().zip(target.errors(&ggx)) {
-                        let error = error / ROBUST_SCALE;
-                        *root = (2.0 * (error.hypot(1.0) - 1.0)).sqrt() * error.signum();
-                    }
-                    rest = others;
-                }
-                for (prior, (value, mean)) in priors.iter_mut().zip(values.iter().zip(MEANS)) {
-                    *prior = WEIGHT * (value - mean);
+                let ggx = Self(std::array::from_fn(|index| values[index]));
+                for (errors, target) in errors.chunks_exact_mut(3).zip(&targets) {
+                    target.write_errors(ggx, errors);
                 }
             },
-            bounds: &[BOUNDS; PARAMETERS],
-            patience: 100,
+            bounds: &BOUNDS,
+            patience: 20,
         };
-        let starts = ROUGHNESS
-            .iter()
-            .flat_map(|roughness| COLORS.map(|colors| (roughness, colors)));
-        let fits = starts.map(|(roughness, colors)| {
-            let [diffuse, normal] = colors.map(f64::ln);
-            errors.minimize(&[
-                diffuse,
-                diffuse,
-                diffuse,
-                normal,
-                normal,
-                normal,
-                roughness.ln(),
-            ])
+        let fits = ROUGHNESS.map(|roughness| {
+            let [red, green, blue] = diffuse;
+            errors.minimize(&[red, green, blue, -2.0, -2.0, -2.0, roughness.ln(), -1.0])
         });
-        let best = fits.min_by(|(one, _), (other, _)| one.total_cmp(other));
-        let (_, parameters) = best.unwrap_or_default();
-        let parameters: [f64; PARAMETERS] = parameters.try_into().unwrap_or_default();
-        Self(parameters)
+        let best = fits
+            .into_iter()
+            .min_by(|(one, _), (other, _)| one.total_cmp(other));
+        let parameters = best.and_then(|(_, parameters)| parameters.try_into().ok());
+        Self(parameters.unwrap_or_default())
     }
 
     fn brdf(&self, at: &Cosines) -> [f64; 3] {
-        let [diffuse @ .., f0, f1, f2, roughness] = self.0;
-        let lobe = separable_lobe(roughness.exp().min(MAX_ROUGHNESS), at);
-        let normal = [f0, f1, f2].map(f64::exp);
-        std::array::from_fn(|channel| {
-            let fresnel = schlick(normal[channel], normal[channel].max(1.0), at.difference);
-            FRAC_1_PI * diffuse[channel].exp() + fresnel * lobe
-        })
+        let [diffuse @ .., s0, s1, s2, roughness, reflectance] = self.0;
+        let normal = 1.0 / (1.0 + (-reflectance).exp());
+        let fresnel = schlick(normal, 1.0, at.difference);
+        let lobe = fresnel * separable_lobe(roughness.exp(), at);
+        let specular = [s0, s1, s2];
+        std::array::from_fn(|channel| diffuse[channel].exp() / PI + specular[channel].exp() * lobe)
     }
 }
 
