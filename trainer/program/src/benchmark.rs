@@ -8,13 +8,14 @@ use glimpse_core::model::ModelKind;
 use glimpse_kernels::ModelKernels;
 use glimpse_kernels::inner_loop::InnerLoop;
 use glimpse_materials::sampling::sobol_valid;
-use glimpse_materials::{Brdf, Procedural};
+use glimpse_materials::{Brdf, Procedural, rows};
 use glimpse_training::initialization::initial_guess;
 use glimpse_training::pattern::{Reach, SamplePattern};
 use glimpse_training::run::INNER_STEPS;
 use glimpse_training::tasks::samples::{SampledMaterial, WeightedSamples};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use serde::Deserialize;
 
 /// The number of directions at which the material is evaluated.
 const POOL_SIZE: usize = 32_768;
@@ -28,9 +29,10 @@ const SEED: u64 = 1;
 const MIN_RUNS: usize = 5;
 
 /// The meta-gradient of one task.
+#[derive(Deserialize)]
 pub(crate) struct Work {
     /// The samples of the inner loop and of the outer loss.
-    pub(crate) name: &'static str,
+    pub(crate) name: String,
     /// True for the paper's second stage: the pattern's samples at every step, and the gradient with respect to the
     /// pattern. Otherwise fresh samples at every step.
     is_pattern: bool,
@@ -40,27 +42,10 @@ pub(crate) struct Work {
     pub(crate) is_parallel: bool,
 }
 
-/// All works.
-pub(crate) const WORKS: [Work; 3] = [
-    Work {
-        name: "20 steps of 512 fresh samples, outer 512",
-        is_pattern: false,
-        outer: 512,
-        is_parallel: true,
-    },
-    Work {
-        name: "20 steps of a pattern of 8, outer 512",
-        is_pattern: true,
-        outer: 512,
-        is_parallel: false,
-    },
-    Work {
-        name: "20 steps of a pattern of 8, outer 25,000",
-        is_pattern: true,
-        outer: 25_000,
-        is_parallel: true,
-    },
-];
+/// Returns all works.
+pub(crate) fn works() -> Vec<Work> {
+    rows(include_str!("works.csv"))
+}
 
 impl Work {
     /// Returns the median time of a run in seconds, of runs for `seconds` after a warm-up of a tenth of it.

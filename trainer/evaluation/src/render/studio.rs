@@ -6,6 +6,10 @@
 
 use std::sync::LazyLock;
 
+use glimpse_materials::rows;
+use nalgebra::Vector3;
+use serde::Deserialize;
+
 use super::environment::{Environment, lerp};
 
 /// The radiance of the sky straight above, and at the horizon.
@@ -15,17 +19,15 @@ const HORIZON: [f32; 3] = [0.48, 0.52, 0.58];
 const GROUND: [f32; 3] = [0.26, 0.22, 0.18];
 const NADIR: [f32; 3] = [0.10, 0.085, 0.07];
 
-/// A light with a Gaussian profile.
-struct GaussianLight {
-    /// Direction towards its center, of any length.
-    towards: [f32; 3],
-    /// Standard deviation in degrees.
-    deviation: f32,
-    /// Radiance at the center.
-    radiance: [f32; 3],
-}
+/// The sun, a light with a Gaussian profile that is 8 degrees wide at half its peak. A surface that faces it receives an
+/// irradiance of 2.8 (green). Direction towards its center, of any length; standard deviation in degrees; and radiance at the
+/// center.
+const SUN: [f32; 3] = [-0.55, 0.62, 0.56];
+const SUN_DEVIATION: f32 = 3.5;
+const SUN_RADIANCE: [f32; 3] = [130.0, 118.0, 100.0];
 
 /// An upright rectangular light with soft edges.
+#[derive(Deserialize)]
 struct Panel {
     /// Direction towards its center, of any length.
     towards: [f32; 3],
@@ -34,30 +36,8 @@ struct Panel {
     radiance: [f32; 3],
 }
 
-/// The sun: 8 degrees wide at half its peak. A surface that faces it receives an irradiance of 2.8 (green).
-const SUN: GaussianLight = GaussianLight {
-    towards: [-0.55, 0.62, 0.56],
-    deviation: 3.5,
-    radiance: [130.0, 118.0, 100.0],
-};
 /// A window at the right, a strip behind at the left that lights the rim, and a low reflector in front.
-const PANELS: [Panel; 3] = [
-    Panel {
-        towards: [0.80, 0.25, 0.55],
-        half_size: [11.0, 26.0],
-        radiance: [2.6, 2.8, 3.2],
-    },
-    Panel {
-        towards: [-0.80, 0.15, -0.58],
-        half_size: [7.0, 40.0],
-        radiance: [4.5, 4.0, 3.4],
-    },
-    Panel {
-        towards: [0.10, -0.75, 0.65],
-        half_size: [30.0, 10.0],
-        radiance: [0.55, 0.5, 0.45],
-    },
-];
+static PANELS: LazyLock<Vec<Panel>> = LazyLock::new(|| rows(include_str!("panels.csv")));
 /// Softness of a panel's edge: the scale of a logistic curve, degrees.
 const EDGE: f32 = 1.3;
 
@@ -71,59 +51,40 @@ pub(super) static STUDIO: LazyLock<Environment> = LazyLock::new(|| Environment::
 /// Returns the studio's radiance from a unit direction.
 fn radiance(direction: [f32; 3]) -> [f32; 3] {
     let [_, up, _] = direction;
+    let direction = Vector3::from(direction);
     let sky = lerp(ZENITH, HORIZON, (-3.5 * up.max(0.0)).exp());
     let ground = lerp(NADIR, GROUND, (-2.5 * (-up).max(0.0)).exp());
-    let mut radiance = lerp(ground, sky, logistic(up / 0.03));
-    add(&mut radiance, SUN.radiance, SUN.weight(direction));
-    for panel in &PANELS {
-        add(&mut radiance, panel.radiance, panel.weight(direction));
+    let mut radiance = Vector3::from(lerp(ground, sky, logistic(up / 0.03)));
+    radiance += sun_weight(direction) * Vector3::from(SUN_RADIANCE);
+    for panel in &*PANELS {
+        radiance += panel.weight(direction) * Vector3::from(panel.radiance);
     }
-    radiance
+    radiance.into()
 }
 
-impl GaussianLight {
-    /// Returns the Gaussian weight of a direction, 1 at the center.
-    fn weight(&self, direction: [f32; 3]) -> f32 {
-        let deviation = self.deviation.to_radians();
-        ((dot(direction, normalized(self.towards)) - 1.0) / (deviation * deviation)).exp()
-    }
+/// Returns the Gaussian weight of a direction, 1 at the center of the sun.
+fn sun_weight(direction: Vector3<f32>) -> f32 {
+    let deviation = SUN_DEVIATION.to_radians();
+    ((direction.dot(&Vector3::from(SUN).normalize()) - 1.0) / (deviation * deviation)).exp()
 }
 
 impl Panel {
     /// Returns the weight of a direction: 1 inside, 0 outside.
-    fn weight(&self, direction: [f32; 3]) -> f32 {
-        let [x, y, z] = normalized(self.towards);
+    fn weight(&self, direction: Vector3<f32>) -> f32 {
+        let center = Vector3::from(self.towards).normalize();
+        let [x, y, z] = center.into();
         let horizontal = x.hypot(z);
-        let (right, up) = (
-            [z / horizontal, 0.0, -x / horizontal],
-            [-y * x / horizontal, horizontal, -y * z / horizontal],
-        );
-        let azimuth = dot(direction, right)
-            .atan2(dot(direction, [x, y, z]))
-            .to_degrees();
-        let elevation = dot(direction, up).clamp(-1.0, 1.0).asin().to_degrees();
+        let right = Vector3::new(z / horizontal, 0.0, -x / horizontal);
+        let up = Vector3::new(-y * x / horizontal, horizontal, -y * z / horizontal);
+        let azimuth = direction.dot(&right).atan2(direction.dot(&center));
+        let elevation = direction.dot(&up).clamp(-1.0, 1.0).asin();
         let [half_width, half_height] = self.half_size;
-        logistic((half_width - azimuth.abs()) / EDGE)
-            * logistic((half_height - elevation.abs()) / EDGE)
+        logistic((half_width - azimuth.to_degrees().abs()) / EDGE)
+            * logistic((half_height - elevation.to_degrees().abs()) / EDGE)
     }
 }
 
 /// The logistic function: 0 at minus infinity, 1 at infinity.
 fn logistic(x: f32) -> f32 {
     1.0 / (1.0 + (-x).exp())
-}
-
-fn add(sum: &mut [f32; 3], radiance: [f32; 3], weight: f32) {
-    for (sum, radiance) in sum.iter_mut().zip(radiance) {
-        *sum += weight * radiance;
-    }
-}
-
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn normalized(a: [f32; 3]) -> [f32; 3] {
-    let length = dot(a, a).sqrt();
-    a.map(|component| component / length)
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glimpse_core::geometry::{Directions, HalfDifference};
-use glimpse_materials::{Brdf, Lab, NotFinite};
+use glimpse_materials::{Brdf, Lab, NotFinite, rows};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -247,16 +247,7 @@ fn moved(center: [f64; 3], radius: f64, angle: f64) -> [f64; 3] {
 
 /// Returns the starts: diffuse, glossy and metallic surfaces. Metals have the color of the albedo.
 fn starts(model: ShadingModel, diffuse: [f64; 3], albedo: [f64; 3]) -> Vec<Vec<f64>> {
-    let kinds = [
-        (0.0, 0.9, 0.0),
-        (0.0, 0.5, 0.0),
-        (0.0, 0.25, 0.0),
-        (0.0, 0.6, 0.5),
-        (0.9, 0.6, 0.0),
-        (0.9, 0.3, 0.0),
-        (0.9, 0.12, 0.0),
-        (0.5, 0.2, 0.0),
-    ];
+    let kinds = rows(include_str!("starts.csv"));
     let start = |(metallic, roughness, coat): (f64, f64, f64)| {
         let mut channels = match metallic > 0.5 {
             true => albedo.into_iter(),

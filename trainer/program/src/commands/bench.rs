@@ -10,7 +10,7 @@ use glimpse_kernels::peak::peak;
 use serde::Serialize;
 
 use super::{emit, numbers};
-use crate::benchmark::WORKS;
+use crate::benchmark::works;
 use crate::progress::StepProgress;
 use crate::report::Table;
 
@@ -70,7 +70,8 @@ impl Bench {
             .into_iter()
             .filter(is_timed)
             .filter_map(ModelKernels::of);
-        let works = kernels.flat_map(|kernels| WORKS.map(|work| (kernels, work)));
+        let works =
+            kernels.flat_map(|kernels| works().into_iter().map(move |work| (kernels, work)));
         let works: Vec<_> = works.collect();
         let progress = StepProgress::new("timing", 2 + works.len());
         let threads = [1, rayon::current_num_threads()];
