@@ -6,7 +6,6 @@ use glimpse_core::fit::{AnyModel, Channels, ScanModel};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::recipe::Recipe;
-use glimpse_evaluation::evaluation::scan;
 use glimpse_kernels::scan::scan_with_missing;
 use glimpse_tests::budgets::Budgets;
 use glimpse_tests::device::bits;
@@ -21,7 +20,7 @@ fn fit_on(target: Target, name: &str) -> Vec<u32> {
 
 /// Returns the bits of the host's fit of the same readings.
 fn fit_on_host(recipe: &Recipe<'_>) -> Vec<u32> {
-    let outcome = scan(recipe, &mut |angles| measure(angles).brdf);
+    let outcome = scan_with_missing(recipe, &mut |_, angles| Some(measure(angles).brdf));
     bits(&outcome.unwrap().values)
 }
 

@@ -37,13 +37,8 @@ impl Shape {
     /// Returns the lengths of the start net's lists of weights: hidden, bias and output ([`StartNet`]'s P, p and U).
     #[must_use]
     pub fn start_net_lengths(&self) -> [usize; 3] {
-        let Self {
-            components,
-            units,
-            parameters,
-            ..
-        } = *self;
-        [units * 3 * components, units, parameters * units]
+        let (components, units) = (self.components, self.units);
+        [units * 3 * components, units, self.parameters * units]
     }
 
     /// Returns the length of the coefficient net's state: a list of rows for each channel, and one for their shared

@@ -97,17 +97,12 @@ impl<R: Real> InnerLoop<'_, R> {
     /// gradient with respect to the initial parameters and the step sizes.
     ///
     /// If `inner` is a single list, the gradient with respect to its samples is added to `derivatives`.
-    pub fn meta_gradient<M, I, O>(
+    pub fn meta_gradient<M: Model, I: SampleList<M, R> + ?Sized, O: SampleList<M, R> + ?Sized>(
         &self,
         inner: &[&I],
         outer: &O,
         mut derivatives: Option<&mut [I::Derivatives]>,
-    ) -> MetaGradient<R>
-    where
-        M: Model,
-        I: SampleList<M, R> + ?Sized,
-        O: SampleList<M, R> + ?Sized,
-    {
+    ) -> MetaGradient<R> {
         let list_at = |step: usize| inner[step % inner.len()];
         let mut trajectory: Vec<Step<R>> = Vec::with_capacity(self.steps);
         for index in 0..self.steps {

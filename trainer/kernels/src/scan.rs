@@ -33,19 +33,7 @@ pub struct LossPrediction {
 /// (not times the cosine), or None if the reading is missing.
 pub type ReadSample<'r> = dyn FnMut(u16, Angles<f32>) -> Option<[f32; 3]> + 'r;
 
-/// Measures at the recipe's directions and fits the model, as the device does. `read` returns the BRDF in linear RGB,
-/// sr^-1 (not times the cosine), at angles in radians.
-///
-/// # Errors
-/// Fails for the same reasons as a scan on a device.
-pub fn scan(
-    recipe: &Recipe<'_>,
-    read: &mut dyn FnMut(Angles<f32>) -> [f32; 3],
-) -> Result<ScanOutcome, Error> {
-    scan_with_missing(recipe, &mut |_, angles| Some(read(angles)))
-}
-
-/// Runs a [`scan`] in which readings may be missing.
+/// Measures at the recipe's directions and fits the model, as the device does. Readings may be missing.
 ///
 /// # Errors
 /// Fails for the same reasons as a scan on a device, for example if the recipe requires a reading that is missing.

@@ -8,7 +8,7 @@ macro_rules! arithmetic {
     (
         $lanes:ident:
         run with $features:literal,
-        operators($($operator:ident $intrinsic:ident),*),
+        operators($($operator:ident $method:ident $intrinsic:ident),*),
         splat $splat:ident, multiply_add $multiply_add:ident, min $min:ident, max $max:ident, xor $xor:ident, round $round:ident,
         integers: splat $splat_integer:ident, add $add_integer:ident, sub $sub_integer:ident,
         shift_left $shift_left:ident, shift_right $shift_right:ident,
@@ -17,6 +17,13 @@ macro_rules! arithmetic {
         select($value:ident, $then:ident, $otherwise:ident) $select:expr
     ) => {
         $crate::lanes::elementary::register_scalar!($lanes, $crate::lanes::elementary::exp, $crate::lanes::elementary::ln);
+
+        $crate::operators::operators! {
+            {} $lanes, a, b:
+            // SAFETY: see the module documentation.
+            $($operator $method Self(unsafe { $intrinsic(a.0, b.0) })),*;
+            Neg Self(unsafe { $xor(a.0, $splat(-0.0)) })
+        }
 
         /// Runs a kernel. [`is_available`] must return true.
         pub(super) fn run<K: $crate::lanes::Kernel>(kernel: K) -> K::Output {
@@ -34,18 +41,6 @@ macro_rules! arithmetic {
             fn splat(value: f32) -> Self {
                 // SAFETY: see the module documentation.
                 Self(unsafe { $splat(value) })
-            }
-            $(
-                #[inline(always)]
-                fn $operator(self, b: Self) -> Self {
-                    // SAFETY: see the module documentation.
-                    Self(unsafe { $intrinsic(self.0, b.0) })
-                }
-            )*
-            #[inline(always)]
-            fn negate(self) -> Self {
-                // SAFETY: see the module documentation.
-                Self(unsafe { $xor(self.0, $splat(-0.0)) })
             }
             #[inline(always)]
             fn multiply_add(self, b: Self, c: Self) -> Self {

@@ -20,7 +20,7 @@ pub(super) fn is_available() -> bool {
 arithmetic! {
     Avx2Lanes:
     run with "avx2,fma",
-    operators(plus _mm256_add_ps, subtract _mm256_sub_ps, multiply _mm256_mul_ps, divide _mm256_div_ps),
+    operators(Add add _mm256_add_ps, Sub sub _mm256_sub_ps, Mul mul _mm256_mul_ps, Div div _mm256_div_ps),
     splat _mm256_set1_ps, multiply_add _mm256_fmadd_ps,
     min _mm256_min_ps, max _mm256_max_ps, xor _mm256_xor_ps, round _mm256_round_ps,
     integers: splat _mm256_set1_epi32, add _mm256_add_epi32, sub _mm256_sub_epi32,

@@ -23,7 +23,7 @@ pub(super) fn is_available() -> bool {
 arithmetic! {
     Avx512Lanes:
     run with "avx2,fma,avx512f,avx512dq,avx512vl",
-    operators(plus _mm512_add_ps, subtract _mm512_sub_ps, multiply _mm512_mul_ps, divide _mm512_div_ps),
+    operators(Add add _mm512_add_ps, Sub sub _mm512_sub_ps, Mul mul _mm512_mul_ps, Div div _mm512_div_ps),
     splat _mm512_set1_ps, multiply_add _mm512_fmadd_ps,
     min _mm512_min_ps, max _mm512_max_ps, xor _mm512_xor_ps, round _mm512_roundscale_ps,
     integers: splat _mm512_set1_epi32, add _mm512_add_epi32, sub _mm512_sub_epi32,

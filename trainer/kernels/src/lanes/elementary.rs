@@ -3,14 +3,11 @@
 //! The tests bound the relative error of both by 3e-7; near x = 1, the bound on ln is absolute.
 //! The coefficients are the minimax fits of Cephes (Moshier) in single precision.
 
+use std::ops::{Add, Mul};
+
 /// Numbers in one register.
-pub(super) trait Register: Copy {
+pub(super) trait Register: Copy + Add<Output = Self> + Mul<Output = Self> {
     fn splat(value: f32) -> Self;
-    fn plus(self, b: Self) -> Self;
-    fn subtract(self, b: Self) -> Self;
-    fn multiply(self, b: Self) -> Self;
-    fn divide(self, b: Self) -> Self;
-    fn negate(self) -> Self;
     /// Returns `self * b + c`.
     fn multiply_add(self, b: Self, c: Self) -> Self;
     /// Returns `then` where `self` > 0, and `otherwise` elsewhere.
@@ -24,14 +21,9 @@ pub(super) trait Register: Copy {
     fn split(self) -> (Self, Self);
 }
 
-/// Implements the operators and [`Scalar`](glimpse_core::numeric::Scalar) for a [`Register`].
+/// Implements [`Scalar`](glimpse_core::numeric::Scalar) for a [`Register`].
 macro_rules! register_scalar {
     ($register:ident, $exp:path, $ln:path) => {
-        $crate::operators::operators! {
-            {} $register, a, b:
-            Add add a.plus(b), Sub sub a.subtract(b), Mul mul a.multiply(b), Div div a.divide(b); Neg a.negate()
-        }
-
         impl glimpse_core::numeric::Scalar for $register {
             type Parameter = f32;
             type Sum = Self;
@@ -50,7 +42,7 @@ macro_rules! register_scalar {
             }
             #[inline(always)]
             fn add_to(sum: &mut Self, a: Self) {
-                *sum = sum.plus(a);
+                *sum = *sum + a;
             }
             #[inline(always)]
             fn plus_product(self, a: Self, b: Self) -> Self {
@@ -94,7 +86,7 @@ fn polynomial<R: Register, const N: usize>(x: R, coefficients: [f32; N]) -> R {
 #[inline(always)]
 pub(super) fn exp<R: Register>(x: R) -> R {
     let x = x.clamp(-87.0, 88.0);
-    let n = x.multiply(R::splat(std::f32::consts::LOG2_E)).round();
+    let n = (x * R::splat(std::f32::consts::LOG2_E)).round();
     let r = n.multiply_add(R::splat(-LN_2_HIGH), x);
     let r = n.multiply_add(R::splat(-LN_2_LOW), r);
     let p = polynomial(
@@ -108,15 +100,15 @@ pub(super) fn exp<R: Register>(x: R) -> R {
             5e-1,
         ],
     );
-    let series = p.multiply(r).multiply_add(r, r).plus(R::splat(1.0));
-    series.multiply(n.power_of_two())
+    let series = (p * r).multiply_add(r, r) + R::splat(1.0);
+    series * n.power_of_two()
 }
 
 /// Returns ln x; x must be positive and normal.
 #[inline(always)]
 pub(super) fn ln<R: Register>(x: R) -> R {
     let (mantissa, exponent) = x.split();
-    let m = mantissa.plus(R::splat(-1.0));
+    let m = mantissa + R::splat(-1.0);
     let p = polynomial(
         m,
         [
@@ -131,9 +123,9 @@ pub(super) fn ln<R: Register>(x: R) -> R {
             3.333_333e-1,
         ],
     );
-    let square = m.multiply(m);
-    let y = p.multiply(m).multiply(square);
+    let square = m * m;
+    let y = p * m * square;
     let y = exponent.multiply_add(R::splat(LN_2_LOW), y);
     let y = square.multiply_add(R::splat(-0.5), y);
-    exponent.multiply_add(R::splat(LN_2_HIGH), m.plus(y))
+    exponent.multiply_add(R::splat(LN_2_HIGH), m + y)
 }

@@ -4,6 +4,7 @@ use wide::{CmpGt, f32x8, i32x8};
 
 use super::elementary::{self, Register, register_scalar};
 use super::{Kernel, Lanes, Octet, Octets};
+use crate::operators::operators;
 
 /// Eight numbers, in as many registers as the machine needs.
 #[derive(Clone, Copy, Debug)]
@@ -54,24 +55,19 @@ impl Lanes for PortableLanes {
     }
 }
 
-macro_rules! operations {
-    ($($method:ident $operator:tt)*) => {$(
-        #[inline(always)]
-        fn $method(self, b: Self) -> Self {
-            Self(self.0 $operator b.0)
-        }
-    )*};
+operators! {
+    {} PortableLanes, a, b:
+    Add add Self(a.0 + b.0),
+    Sub sub Self(a.0 - b.0),
+    Mul mul Self(a.0 * b.0),
+    Div div Self(a.0 / b.0);
+    Neg Self(a.0 ^ f32x8::splat(-0.0))
 }
 
 impl Register for PortableLanes {
     #[inline(always)]
     fn splat(value: f32) -> Self {
         Self(f32x8::splat(value))
-    }
-    operations!(plus + subtract - multiply * divide /);
-    #[inline(always)]
-    fn negate(self) -> Self {
-        Self(self.0 ^ f32x8::splat(-0.0))
     }
     /// Fused only if the compilation target has the instruction.
     #[inline(always)]
