@@ -62,7 +62,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn cross_validated(recipe: &Recipe<'_>, rgl: &str) -> Result<f32, Box<dyn Error>> {
     let sources = [TRAINING, rgl].map(|source| Source(source.to_owned()));
     let sources = Sources::new(sources.to_vec(), &[3.0, 1.0])?;
-    let lists = sources.as_slice().iter().map(Source::load);
+    let lists = sources.sources.iter().map(Source::load);
     let (materials, source_shares) = sources.join(lists.collect::<Result<_, _>>()?)?;
     let metadata = Metadata::of(recipe)?;
     let trained = metadata

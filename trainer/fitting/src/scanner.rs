@@ -15,9 +15,8 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::scan::Residual;
 use glimpse_materials::basis::BasisTable;
 use glimpse_materials::loss::loss_between;
+use glimpse_materials::sampling::random_stream;
 use glimpse_materials::{FittedBrdf, FittedMaterial, Material};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use serde_json::json;
 
@@ -194,8 +193,7 @@ impl<'a> VirtualScanner<'a> {
     #[must_use]
     pub fn read(&self, index: u16, angles: Angles<f32>) -> Option<Reading> {
         let material = self.material?;
-        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
-        random.set_stream(self.scan_count << 16 | u64::from(index));
+        let mut random = random_stream(self.seed, self.scan_count << 16 | u64::from(index));
         let cos_theta_i = HalfDifference::from_angles(angles).cos_theta_i();
         let brdf = material.at_angles(angles);
         let brdf = self.noise.read(brdf, cos_theta_i, &mut random);

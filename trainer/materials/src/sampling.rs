@@ -14,6 +14,14 @@ pub const RANGE: [f32; 3] = [FRAC_PI_2, FRAC_PI_2, PI];
 /// The length of a sequence of `sobol_burley`.
 const SOBOL_POINTS: u32 = 1 << 16;
 
+/// Returns a stream of the random numbers of a seed.
+#[must_use]
+pub fn random_stream(seed: u64, stream: u64) -> ChaCha8Rng {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(stream);
+    random
+}
+
 /// Returns `count` angles that are uniform in (theta_h, theta_d, phi_d) over the valid region, by rejection. phi_d is
 /// in \[0, 2 pi).
 #[must_use]

@@ -242,7 +242,8 @@ fn is_second_form(path: &Path) -> bool {
 /// Sources of materials, and the share of training tasks that each gets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sources {
-    sources: Vec<Source>,
+    /// The sources.
+    pub sources: Vec<Source>,
     /// One share for each source, with sum 1. None if all materials have equal weight.
     shares: Option<Vec<f32>>,
 }
@@ -345,12 +346,6 @@ impl Sources {
             }
         };
         Ok(Self { sources, shares })
-    }
-
-    /// Returns the sources.
-    #[must_use]
-    pub fn as_slice(&self) -> &[Source] {
-        &self.sources
     }
 
     /// Returns the labels of the sources, with their shares if any were given.

@@ -55,7 +55,7 @@ impl MaterialArgs {
 
     /// Reads the materials.
     pub(crate) fn load(&self) -> Result<MaterialsAndShares> {
-        let sources = self.sources.as_slice().iter().enumerate();
+        let sources = self.sources.sources.iter().enumerate();
         let lists = sources.map(|(index, source)| {
             if index == self.index && !self.objects.is_empty() {
                 let objects = self.objects.iter().cloned();

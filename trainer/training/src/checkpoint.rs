@@ -134,9 +134,8 @@ impl TrainingState {
     fn parse(bytes: &[u8]) -> Result<Self, &'static str> {
         let rest = bytes.strip_prefix(&MAGIC);
         let rest = rest.ok_or("its first bytes are not those of a checkpoint")?;
-        let Some(([format, checksum @ ..], body)) = rest.split_first_chunk::<5>() else {
-            return Err("it is truncated");
-        };
+        let parts = rest.split_first_chunk::<5>().ok_or("it is truncated")?;
+        let ([format, checksum @ ..], body) = parts;
         if *format != FORMAT {
             return Err("another version of this program wrote it, and can resume it");
         }

@@ -8,7 +8,6 @@ use glimpse_materials::{Identity, Material, SourceShare};
 
 use crate::loss_predictor::LossPredictor;
 use crate::outer::{Checkpoints, Session, StepObserver};
-use crate::result::Learned;
 use crate::scan_budget::Motion;
 use crate::{paper, prior};
 
@@ -63,36 +62,30 @@ pub fn train(
     rayon::scope(|_| {
         let arena = Arena::default();
         let mut session = Session::new(options.identity(&identities), checkpoints, observer);
-        let Learned {
-            pattern,
-            fit,
-            loss_predictor,
-            basis,
-            expected_loss,
-        } = match (options.schedule, options.samples) {
+        let learned = match (options.schedule, options.samples) {
             (Schedule::Paper, _) => paper::train(&arena, options, materials, &mut session)?,
             (Schedule::Prior, 0) => prior::train_any(&arena, options, materials, &mut session)?,
             (Schedule::Prior, _) => prior::train(&arena, options, materials, &mut session)?,
         };
         let metadata = Metadata {
-            expected_loss,
+            expected_loss: learned.expected_loss,
             training: Some(Training::new(options, data, identities.len())),
             materials: identities,
         };
         let file = RecipeFile::write(&Contents {
             pattern: Some(Pattern {
-                directions: arena.angles(&pattern),
+                directions: arena.angles(&learned.pattern),
                 is_path: options.scan_seconds.is_some(),
-                expected_loss: expected_loss.map(|expected| expected.estimate.loss),
+                expected_loss: metadata.expected_loss.map(|loss| loss.estimate.loss),
             }),
-            prediction: (loss_predictor.as_ref()).map(|predictor| predictor.section(&arena)),
+            prediction: (learned.loss_predictor.as_ref()).map(|loss| loss.section(&arena)),
             metadata: &metadata.to_bytes(),
-            ..fit
+            ..learned.fit
         })?;
         Ok(TrainedRecipe {
             file,
-            basis,
-            loss_predictor,
+            basis: learned.basis,
+            loss_predictor: learned.loss_predictor,
         })
     })
 }

@@ -102,9 +102,8 @@ impl Motion {
     /// Returns the motion of a scan, if its time has a budget.
     #[must_use]
     pub fn of(options: &TrainingOptions) -> Option<Self> {
-        let machine = options.machine();
-        let seconds = options.scan_seconds;
-        seconds.map(|seconds| Self::new(seconds, machine, options.samples))
+        let (seconds, machine) = (options.scan_seconds?, options.machine());
+        Some(Self::new(seconds, machine, options.samples))
     }
 
     /// Checks that the time is sufficient for motion to a pattern near the start.

@@ -1,7 +1,6 @@
 //! The random numbers of a run.
 
-use glimpse_materials::sampling::sobol_valid;
-use rand::SeedableRng;
+use glimpse_materials::sampling::{random_stream, sobol_valid};
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
@@ -20,13 +19,9 @@ impl RandomStreams {
     /// Returns the stream of a slot of a step. Slot 0 orders tasks; task k of a batch draws from slot k + 1.
     #[must_use]
     pub fn slot(self, outer_step: OuterStep, slot: usize) -> ChaCha8Rng {
-        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
-        random.set_stream(
-            ((outer_step.phase_index as u64) << 56)
-                | ((slot as u64) << 40)
-                | outer_step.step as u64,
-        );
-        random
+        let indices = [outer_step.phase_index, slot, outer_step.step];
+        let [phase, slot, step] = indices.map(|index| index as u64);
+        random_stream(self.seed, (phase << 56) | (slot << 40) | step)
     }
 
     /// Returns the logits of an initial pattern: Sobol points with a different scrambling for each guess.

@@ -3,10 +3,10 @@
 use glimpse_core::model::Sample;
 use glimpse_kernels::ModelKernels;
 use glimpse_materials::Material;
+use glimpse_materials::sampling::random_stream;
 use glimpse_optimizer::{Groups, Optimizer};
 use glimpse_training::initialization::{initial_guess, random_initialization};
 use glimpse_training::tasks::samples::SampledMaterial;
-use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 /// The learning rate of the method Random.
@@ -80,9 +80,7 @@ pub(super) fn random(
     steps: usize,
     seed: u64,
 ) -> Vec<f32> {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(1);
-    let start = random_initialization(kernels.model, &mut random);
+    let start = random_initialization(kernels.model, &mut random_stream(seed, 1));
     let mut adam = Adam::new(kernels, start);
     for _ in 0..steps {
         let mut gradient = vec![0.0; adam.parameters().len()];
@@ -101,8 +99,7 @@ pub(super) fn refine(
     seed: u64,
 ) -> Vec<f32> {
     let pool = SampledMaterial::new(material, POOL, seed);
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(4);
+    let mut random = random_stream(seed, 4);
     let mut adam = Adam::new(kernels, fitted);
     for _ in 0..steps {
         adam.step_on_fresh_samples(&pool, &mut random, RANDOM_RATE);
@@ -119,10 +116,7 @@ pub(super) fn optimum(
     seed: u64,
 ) -> Option<Vec<f32>> {
     let pool = SampledMaterial::new(material, POOL, seed);
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(2);
-    let mut starts = random.clone();
-    starts.set_stream(3);
+    let [mut random, mut starts] = [2, 3].map(|stream| random_stream(seed, stream));
     let mut descend = |adam: &mut Adam, steps: usize| {
         for step in 0..steps {
             let done = step as f32 / steps as f32;

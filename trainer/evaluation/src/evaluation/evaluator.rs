@@ -21,7 +21,8 @@ pub const SPHERE_SIZE: usize = 128;
 
 /// An evaluator, which compares fits with the BRDF values and the rendered spheres of materials.
 pub struct Evaluator<'a> {
-    materials: &'a [Box<dyn Material>],
+    /// The materials.
+    pub materials: &'a [Box<dyn Material>],
     at: Vec<HalfDifference<f32>>,
     references: Vec<Reference>,
 }
@@ -69,12 +70,6 @@ impl<'a> Evaluator<'a> {
             at,
             references,
         }
-    }
-
-    /// Returns the materials.
-    #[must_use]
-    pub fn materials(&self) -> &'a [Box<dyn Material>] {
-        self.materials
     }
 
     /// Returns the rendered sphere of a material.

@@ -80,7 +80,7 @@ impl Evaluator<'_> {
             ..method.degradation
         };
         let scan = |index: usize| {
-            let material = &*self.materials()[index];
+            let material = &*self.materials[index];
             let seed = seed.wrapping_add(index as u64);
             let reaches_target = |count: &usize| {
                 let mut reader = prefix(*count).reader(material, samples, seed);
@@ -103,7 +103,7 @@ impl Evaluator<'_> {
                 loss: self.loss(index, &*outcome.fitted),
             })
         };
-        let scans = (0..self.materials().len()).into_par_iter().map(scan);
+        let scans = (0..self.materials.len()).into_par_iter().map(scan);
         let scans = scans.collect::<Result<Vec<TargetScan>, EvaluationError>>()?;
         let early: Vec<&TargetScan> = scans.iter().filter(|scan| scan.ended_early).collect();
         let mean = |list: &[&TargetScan], value: &dyn Fn(&TargetScan) -> f64| {

@@ -30,7 +30,6 @@ pub(crate) fn mean_squared_error(reference: &Picture, picture: &Picture) -> f64 
 }
 
 /// Returns the peak signal-to-noise ratio for a mean squared error in \[0, 1\], at most 100 dB.
-#[must_use]
 pub(crate) fn psnr(mean_squared_error: f64) -> f64 {
     (-10.0 * mean_squared_error.log10()).min(MAX_PSNR)
 }

@@ -95,7 +95,7 @@ impl Compare {
             loaded.extend(materials.map(|material| (source.to_string(), material)));
         }
         let materials = loaded.iter().map(|(_, material)| material);
-        let names = evaluator.materials().iter().chain(materials);
+        let names = evaluator.materials.iter().chain(materials);
         let names: Vec<String> = names.map(|material| material.name().to_owned()).collect();
         let compared = loaded.into_par_iter().map(|(source, material)| {
             let (metrics, sphere) = evaluator.compare(0, &*material);
@@ -129,7 +129,7 @@ fn table(reference: &str, compared: &[Compared]) -> Table {
 }
 
 fn page(evaluator: &Evaluator<'_>, compared: &[Compared], table: &Table) -> Page {
-    let reference = &*evaluator.materials()[0];
+    let reference = &*evaluator.materials[0];
     let title = format!("reference: {}", reference.name());
     let rows = compared.iter().map(|compared| {
         let picture = evaluator.reference(0).clone();

@@ -50,7 +50,7 @@ pub(super) fn add_fits(
     methods: &[NamedMethod<'_>],
     seed: u64,
 ) -> anyhow::Result<Table> {
-    let materials = evaluator.materials();
+    let materials = evaluator.materials;
     let progress = StepProgress::new("rendering fits", materials.len());
     let fit = |index: usize| -> anyhow::Result<_> {
         let fits = methods.iter().map(|named| {

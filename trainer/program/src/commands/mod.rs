@@ -121,7 +121,7 @@ pub(crate) fn load_single(source: &Source) -> anyhow::Result<Box<dyn Material>> 
 
 /// Loads the materials of several sources, as [`load`] does.
 pub(crate) fn load_all(sources: &Sources) -> anyhow::Result<MaterialsAndShares> {
-    let lists = sources.as_slice().iter().map(load);
+    let lists = sources.sources.iter().map(load);
     Ok(sources.join(lists.collect::<Result<_, _>>()?)?)
 }
 

@@ -35,7 +35,7 @@ pub fn min_condition_pattern(basis: &BasisTable, samples: usize, seed: u64) -> V
         (0..INITIAL_PATTERNS).map(|_| (0..samples).map(|_| draw()).collect::<Vec<usize>>());
     let (mut min_condition, mut pattern) = (f64::INFINITY, vec![0; samples]);
     for candidate in initial.collect::<Vec<_>>() {
-        let condition = Gram::new(&rows, &candidate).condition();
+        let condition = condition(&rows, &candidate);
         if condition < min_condition {
             (min_condition, pattern) = (condition, candidate);
         }
@@ -46,7 +46,7 @@ pub fn min_condition_pattern(basis: &BasisTable, samples: usize, seed: u64) -> V
             for _ in 0..TRIES {
                 let mut candidate = pattern.clone();
                 candidate[sample] = draw();
-                let condition = Gram::new(&rows, &candidate).condition();
+                let condition = condition(&rows, &candidate);
                 if condition < min_condition {
                     (min_condition, pattern) = (condition, candidate);
                 }
@@ -59,26 +59,20 @@ pub fn min_condition_pattern(basis: &BasisTable, samples: usize, seed: u64) -> V
     pattern.into_iter().map(|index| candidates[index]).collect()
 }
 
-/// The smaller one of A'A and A A', where A is the reduced basis of a pattern. Their nonzero eigenvalues are equal.
-struct Gram(DMatrix<f64>);
-
-impl Gram {
-    fn new(rows: &[DVector<f64>], pattern: &[usize]) -> Self {
-        let components = rows.first().map_or(0, DVector::len);
-        if pattern.len() < components {
-            let entry = |i: usize, j: usize| rows[pattern[i]].dot(&rows[pattern[j]]);
-            return Self(DMatrix::from_fn(pattern.len(), pattern.len(), entry));
-        }
+/// Returns the ratio of the largest to the smallest singular value of A, the reduced basis of a pattern: the square root of
+/// that of the eigenvalues of the smaller one of A'A and A A'. Their nonzero eigenvalues are equal.
+fn condition(rows: &[DVector<f64>], pattern: &[usize]) -> f64 {
+    let components = rows.first().map_or(0, DVector::len);
+    let gram = if pattern.len() < components {
+        let entry = |i: usize, j: usize| rows[pattern[i]].dot(&rows[pattern[j]]);
+        DMatrix::from_fn(pattern.len(), pattern.len(), entry)
+    } else {
         let mut sum = DMatrix::zeros(components, components);
         for index in pattern {
             sum.ger(1.0, &rows[*index], &rows[*index], 1.0);
         }
-        Self(sum)
-    }
-
-    /// Returns the ratio of A's largest to its smallest singular value.
-    fn condition(self) -> f64 {
-        let eigenvalues = self.0.symmetric_eigenvalues();
-        (eigenvalues.max() / eigenvalues.min().max(0.0)).sqrt()
-    }
+        sum
+    };
+    let eigenvalues = gram.symmetric_eigenvalues();
+    (eigenvalues.max() / eigenvalues.min().max(0.0)).sqrt()
 }

@@ -45,7 +45,7 @@ fn measure<'p>(
     material: usize,
     pattern: &'p SamplePattern,
 ) -> WeightedSamples<'p> {
-    let material = &pool.materials()[material];
+    let material = &pool.materials[material];
     let samples = pattern.angles.iter().zip(&pattern.valid);
     let brdf = samples.map(|(angles, valid)| {
         if *valid {
@@ -82,7 +82,7 @@ impl PaperObjective for DescentObjective<'_> {
         samples: LossSamples,
     ) -> (f32, MetaValues) {
         let pattern = Reach::ANY.pattern(&values.pattern);
-        let tasks = self.training.materials().len();
+        let tasks = self.training.materials.len();
         let batch = self.streams.batch(outer_step, tasks);
         let gradients = batch.par_iter().enumerate().map(|(slot, task)| {
             let mut random = self.streams.slot(outer_step, slot + 1);
@@ -94,7 +94,7 @@ impl PaperObjective for DescentObjective<'_> {
     fn expected_loss(&self, values: &MetaValues) -> LossEstimate {
         let pattern = Reach::ANY.reachable_pattern(&values.pattern);
         let pool = self.validation;
-        let losses = (0..pool.materials().len()).into_par_iter().map(|index| {
+        let losses = (0..pool.materials.len()).into_par_iter().map(|index| {
             let measured = measure(pool, index, &pattern);
             let parameters = (self.kernels.descend)(&self.inner_loop(values), &measured.octets());
             let all = TrainingTask::plain(index, 0, pool.octet_count());

@@ -81,17 +81,13 @@ impl RidgeObjective {
         self.folds.first().map_or(0, |fold| fold.basis.components())
     }
 
-    fn fold(&self, material: usize) -> &Fold {
-        &self.folds[material % self.folds.len()]
-    }
-
     /// Fits a task, and returns its loss and the gradient with respect to the angles of each sample.
     fn task_gradient(&self, pattern: &SamplePattern, task: &TrainingTask) -> (f32, Vec<[f32; 3]>) {
-        let Fold { basis, table } = self.fold(task.material);
+        let Fold { basis, table } = &self.folds[task.material % self.folds.len()];
         let components = basis.components();
         let at = ComponentsAt::new(basis, pattern.angles.clone());
         let correction = Correction::new(at, components, &vec![self.eta; components]);
-        let readings = TaskReading::read_task(task, self.pool.materials(), 0, &correction.at);
+        let readings = TaskReading::read_task(task, &self.pool.materials, 0, &correction.at);
         // Without a net, all coefficients are 0 before the correction.
         let corrected = correction.correct(&readings, &task.present, &vec![0.0; 3 * components]);
         let mut by_coefficients = vec![0.0; 3 * components];
@@ -120,7 +116,7 @@ impl PaperObjective for RidgeObjective {
         samples: LossSamples,
     ) -> (f32, MetaValues) {
         let pattern = Reach::ANY.pattern(&values.pattern);
-        let batch = self.streams.batch(outer_step, self.pool.materials().len());
+        let batch = self.streams.batch(outer_step, self.pool.materials.len());
         let gradients = batch.par_iter().enumerate().map(|(slot, material)| {
             let mut random = self.streams.slot(outer_step, slot + 1);
             let task = TrainingTask {
@@ -141,7 +137,7 @@ impl PaperObjective for RidgeObjective {
     /// No materials are held out: each is fitted with the basis of other folds.
     fn expected_loss(&self, values: &MetaValues) -> LossEstimate {
         let pattern = Reach::ANY.reachable_pattern(&values.pattern);
-        let count = self.pool.materials().len();
+        let count = self.pool.materials.len();
         let losses = (0..count).into_par_iter().map(|material| {
             let (samples, octets) = (pattern.angles.len(), self.pool.octet_count());
             let task = TrainingTask::plain(material, samples, octets);

@@ -8,10 +8,8 @@ use glimpse_fitting::recipe::options::{TrainedParts, TrainingOptions};
 use glimpse_fitting::recipe::sections::{Arena, count};
 use glimpse_kernels::ModelKernels;
 use glimpse_materials::Material;
-use glimpse_materials::sampling::uniform_valid;
-use rand::SeedableRng;
+use glimpse_materials::sampling::{random_stream, uniform_valid};
 use rand::seq::SliceRandom;
-use rand_chacha::ChaCha8Rng;
 
 use super::descent::DescentObjective;
 use super::objective::PaperObjective;
@@ -144,9 +142,7 @@ fn split(
     mut materials: Vec<Box<dyn Material>>,
     seed: u64,
 ) -> (Vec<Box<dyn Material>>, Vec<Box<dyn Material>>) {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(u64::MAX);
-    materials.shuffle(&mut random);
+    materials.shuffle(&mut random_stream(seed, u64::MAX));
     let held_out = materials.len() / 10;
     let validation = materials.split_off(materials.len() - held_out);
     (materials, validation)

@@ -82,26 +82,17 @@ pub(crate) fn train_any<'a>(
     });
     let tasks: Vec<_> = tasks.collect();
     begin_phase("components")?;
-    let Some(GaussianPrior {
-        basis,
-        mean_variance,
-        difference_variance,
-    }) = GaussianPrior::new(&tasks, COMPONENTS)
-    else {
-        return Err(TrainError::TooFewMaterials);
-    };
+    let prior = GaussianPrior::new(&tasks, COMPONENTS).ok_or(TrainError::TooFewMaterials)?;
     let precision = |variances: &[f64], noise: f64| {
         let each = variances.iter().map(|variance| (noise / variance) as f32);
         each.map(|precision| precision.clamp(MIN_PRECISION, MAX_PRECISION))
             .collect()
     };
     // The mean of three channels has a third of the variance.
-    let mean_precision: Vec<f32> = precision(&mean_variance, NOISE_VARIANCE / 3.0);
-    let difference_precision: Vec<f32> = precision(&difference_variance, NOISE_VARIANCE);
-    let compact = to_compact_bytes(&basis, basis.components(), COMPACT_NODES);
-    let Ok(basis) = BasisTable::parse(&compact) else {
-        return Err(TrainError::TooFewMaterials);
-    };
+    let mean_precision: Vec<f32> = precision(&prior.mean_variance, NOISE_VARIANCE / 3.0);
+    let difference_precision: Vec<f32> = precision(&prior.difference_variance, NOISE_VARIANCE);
+    let compact = to_compact_bytes(&prior.basis, prior.basis.components(), COMPACT_NODES);
+    let basis = BasisTable::parse(&compact).map_err(|_| TrainError::TooFewMaterials)?;
     let subset = Subset::new(&dataset, basis, &[]);
     let objective = PriorObjective::new(&subset, options);
     let objective = PriorObjective {

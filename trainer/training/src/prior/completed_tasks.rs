@@ -2,6 +2,7 @@
 
 use glimpse_core::fit::coefficient_net::dropout_gain;
 use glimpse_fitting::linear::{ComponentsAt, add_scaled, bounded_precision};
+use glimpse_kernels::ModelKernels;
 use glimpse_kernels::completion::{
     Batch, CompletionWeights, Shape, activate, coefficient_net_adjoint, complete, start_net_adjoint,
 };
@@ -10,7 +11,7 @@ use glimpse_kernels::samples::SampleOctets;
 
 use super::dataset::{LossDirections, Subset};
 use super::hyperparameters::Hyperparameters;
-use super::refinement::{GaussNewtonRefinement, RefinementGradient, RefinementInputs};
+use super::refinement::{self, RefinementGradient, RefinementInputs};
 use crate::correction::{Corrected, Correction};
 use crate::loss_predictor::LossEvidence;
 use crate::outer::MetaValues;
@@ -196,7 +197,7 @@ impl<'a> CompletedTasks<'a> {
     pub(super) fn loss(
         &self,
         index: usize,
-        refinement: Option<GaussNewtonRefinement>,
+        refinement: Option<&'static ModelKernels>,
         directions: &LossDirections<'_>,
     ) -> WeightedLoss {
         let task = &self.tasks[index];
@@ -209,8 +210,8 @@ impl<'a> CompletedTasks<'a> {
             None,
         );
         let refined = refinement.zip(self.inputs(index));
-        let refined = refined.map(|(refinement, inputs)| {
-            refinement.loss(&inputs, &task.samples(directions.pool).octets())
+        let refined = refined.map(|(kernels, inputs)| {
+            refinement::loss(kernels, &inputs, &task.samples(directions.pool).octets())
         });
         WeightedLoss {
             loss: refined.unwrap_or(loss),
@@ -222,12 +223,12 @@ impl<'a> CompletedTasks<'a> {
     pub(super) fn evidence(
         &self,
         index: usize,
-        refinement: Option<GaussNewtonRefinement>,
+        refinement: Option<&'static ModelKernels>,
     ) -> LossEvidence {
         let (present, corrected) = (&self.present[index], &self.corrected[index]);
         let refined = refinement.zip(self.inputs(index));
-        let refined =
-            refined.map(|(refinement, inputs)| refinement.loss(&inputs, &inputs.readings.octets()));
+        let refined = refined
+            .map(|(kernels, inputs)| refinement::loss(kernels, &inputs, &inputs.readings.octets()));
         LossEvidence {
             innovation: corrected.innovation(present),
             residual: refined.unwrap_or_else(|| self.residual(index)),
@@ -267,7 +268,7 @@ impl<'a> CompletedTasks<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct Terms {
     /// The refinement; None for the loss of the coefficients.
-    pub(super) refinement: Option<GaussNewtonRefinement>,
+    pub(super) refinement: Option<&'static ModelKernels>,
     /// The weight of the loss before the refinement in the gradient. The weight of the loss after it is 1.
     pub(super) auxiliary_weight: f32,
 }
@@ -334,7 +335,7 @@ impl ChunkGradient<'_> {
             (loss, task_weight(black) * task.reading_weight())
         };
         let refined = terms.refinement.zip(self.tasks.inputs(index));
-        let Some((refinement, inputs)) = refined else {
+        let Some((kernels, inputs)) = refined else {
             by_coefficients
                 .iter_mut()
                 .for_each(|entry| *entry *= weight);
@@ -343,7 +344,7 @@ impl ChunkGradient<'_> {
         };
         let share = terms.auxiliary_weight * weight;
         by_coefficients.iter_mut().for_each(|entry| *entry *= share);
-        let refined = refinement.gradient(&inputs, &outer);
+        let refined = refinement::gradient(kernels, &inputs, &outer);
         add_scaled(&mut by_coefficients, weight, &refined.coefficients);
         self.loss += weight * refined.loss;
         self.add_refined(index, weight, &refined);
@@ -390,17 +391,13 @@ impl ChunkGradient<'_> {
     /// Adds the gradient by way of the coefficients: with respect to the CoefficientNet, the precisions of the correction,
     /// and the angles of the samples.
     fn coefficient_adjoint(&mut self, by_coefficients: &[Vec<f32>]) {
-        let CompletedTasks {
-            prepared,
-            readings,
-            present,
-            corrected,
-            batch,
-            ..
-        } = &mut self.tasks;
-        for (index, readings) in readings.iter().enumerate() {
-            let correction = &prepared.correction;
-            let gradient = correction.adjoint(&corrected[index], readings, &by_coefficients[index]);
+        let tasks = &mut self.tasks;
+        let prepared = tasks.prepared;
+        for (index, readings) in tasks.readings.iter().enumerate() {
+            let (corrected, by_corrected) = (&tasks.corrected[index], &by_coefficients[index]);
+            let gradient = prepared
+                .correction
+                .adjoint(corrected, readings, by_corrected);
             add_scaled(
                 &mut self.hyperparameters.precision,
                 1.0,
@@ -409,14 +406,18 @@ impl ChunkGradient<'_> {
             for (sum, by_sample) in self.angles.iter_mut().zip(&gradient.angles) {
                 add_scaled(sum, 1.0, by_sample);
             }
-            batch.set_coefficient_gradient(index, &gradient.completed);
+            tasks
+                .batch
+                .set_coefficient_gradient(index, &gradient.completed);
         }
-        coefficient_net_adjoint(batch, &prepared.weights, &mut self.values.coefficient_net);
-        for (index, readings) in readings.iter().enumerate() {
-            let gain = prepared.gain(&present[index]);
-            let samples = readings.iter().zip(&present[index]).enumerate();
+        let by_net = &mut self.values.coefficient_net;
+        coefficient_net_adjoint(&mut tasks.batch, &prepared.weights, by_net);
+        for (index, readings) in tasks.readings.iter().enumerate() {
+            let present = &tasks.present[index];
+            let gain = prepared.gain(present);
+            let samples = readings.iter().zip(present).enumerate();
             for (sample, (reading, _)) in samples.filter(|(_, (_, present))| **present) {
-                let by_reading = batch.by_reading(index, sample);
+                let by_reading = tasks.batch.by_reading(index, sample);
                 for (by_value, dual) in by_reading.iter().zip(&reading.standardized) {
                     add_scaled(&mut self.angles[sample], gain * by_value, &dual.tangent);
                 }

@@ -3,9 +3,8 @@
 
 use glimpse_fitting::recipe::options::TrainingOptions;
 use glimpse_materials::SourceShare;
-use rand::SeedableRng;
+use glimpse_materials::sampling::random_stream;
 use rand::seq::SliceRandom;
-use rand_chacha::ChaCha8Rng;
 
 use super::dataset::{Dataset, LossDirections};
 use super::objective::PriorObjective;
@@ -34,8 +33,6 @@ pub(super) fn folds(materials: usize, sources: &[SourceShare], seed: u64) -> Vec
     if materials < MIN_MATERIALS_FOR_FOLDS {
         return Vec::new();
     }
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(u64::MAX);
     let smallest = sources.iter().map(|source| source.materials).min();
     let smallest = smallest
         .filter(|count| sources.len() > 1 && (MIN_SOURCE..=materials / FOLDS).contains(count));
@@ -50,7 +47,7 @@ pub(super) fn folds(materials: usize, sources: &[SourceShare], seed: u64) -> Vec
     let mut order: Vec<usize> = (0..materials)
         .filter(|material| !source.contains(material))
         .collect();
-    order.shuffle(&mut random);
+    order.shuffle(&mut random_stream(seed, u64::MAX));
     let count = FOLDS - usize::from(!source.is_empty());
     let fold = |first| Fold {
         materials: order.iter().copied().skip(first).step_by(count).collect(),
@@ -100,12 +97,6 @@ pub(super) struct HeldOut<'t> {
     options: &'t TrainingOptions,
     /// The losses of the full run and of the shorter runs of folds, summed over materials that both train on.
     sums: [f32; 2],
-    losses: HeldOutLosses,
-}
-
-/// The losses of held-out materials.
-#[derive(Default)]
-pub(super) struct HeldOutLosses {
     /// Scans with all readings, rough materials included.
     pub(super) complete: Vec<HeldOutLoss>,
     /// Scans that end early, by their number of readings, without rough materials. Empty if the recipe needs all readings.
@@ -120,10 +111,8 @@ impl<'t> HeldOut<'t> {
             dataset,
             options,
             sums: [0.0; 2],
-            losses: HeldOutLosses {
-                complete: Vec::new(),
-                partial: counts.map(|count| (count, Vec::new())).collect(),
-            },
+            complete: Vec::new(),
+            partial: counts.map(|count| (count, Vec::new())).collect(),
         }
     }
 
@@ -168,12 +157,12 @@ impl<'t> HeldOut<'t> {
             (trained.classes, HeldOutOrigin::Class),
         ];
         let rough_tasks = self.rough_tasks(trained);
-        let complete = &mut self.losses.complete;
+        let complete = &mut self.complete;
         for (materials, origin) in plain_materials {
             complete.extend(held_out(&fold.plain_tasks(materials, 1), origin));
         }
         complete.extend(held_out(&rough_tasks, HeldOutOrigin::Rough));
-        for (count, losses) in &mut self.losses.partial {
+        for (count, losses) in &mut self.partial {
             for (materials, origin) in plain_materials {
                 let tasks = fold
                     .plain_tasks(materials, PARTIAL_OCTET_STRIDE)
@@ -186,15 +175,14 @@ impl<'t> HeldOut<'t> {
     }
 
     /// Returns the losses, corrected for the shorter runs of folds.
-    pub(super) fn finish(self) -> HeldOutLosses {
-        let mut losses = self.losses;
+    pub(super) fn finish(mut self) -> Self {
         let [full, fold] = self.sums;
         let ratio = if fold > 0.0 { full / fold } else { 1.0 };
-        let partial = losses.partial.iter_mut().flat_map(|(_, list)| list);
-        for held_out in losses.complete.iter_mut().chain(partial) {
+        let partial = self.partial.iter_mut().flat_map(|(_, list)| list);
+        for held_out in self.complete.iter_mut().chain(partial) {
             held_out.loss *= ratio;
         }
-        losses
+        self
     }
 
     /// Draws augmented, rough tasks of a fold's materials and procedural classes, in equal shares. All readings are
@@ -209,8 +197,8 @@ impl<'t> HeldOut<'t> {
                 share: 1.0 / groups.len() as f32,
             })
             .collect();
-        let mut random = ChaCha8Rng::seed_from_u64(self.options.seed);
-        random.set_stream(u64::MAX - 1 - trained.index as u64);
+        let stream = u64::MAX - 1 - trained.index as u64;
+        let mut random = random_stream(self.options.seed, stream);
         let samples = self.options.samples;
         let draw = |_| {
             TrainingTask::random(

@@ -65,13 +65,11 @@ impl Hyperparameters {
     }
 
     /// Returns the trained logarithms.
-    #[must_use]
     pub(super) fn encode(&self) -> Vec<f32> {
         self.to_list().into_iter().map(f32::ln).collect()
     }
 
     /// Returns the hyperparameters of trained logarithms, within the range of recipes.
-    #[must_use]
     pub(super) fn decode(logarithms: &[f32], components: usize) -> Self {
         let values = logarithms
             .iter()

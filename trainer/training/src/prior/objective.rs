@@ -6,8 +6,9 @@ use glimpse_core::model::ModelKind;
 use glimpse_fitting::recipe::expected_loss::LossEstimate;
 use glimpse_fitting::recipe::options::TrainingOptions;
 use glimpse_fitting::recipe::sections::Arena;
+use glimpse_kernels::ModelKernels;
 use glimpse_kernels::completion::Shape;
-use glimpse_materials::sampling::uniform_valid;
+use glimpse_materials::sampling::{random_stream, uniform_valid};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -18,7 +19,7 @@ use super::completed_tasks::{
 use super::dataset::{LossDirections, Subset};
 use super::hyperparameters::Hyperparameters;
 use super::initial_weights::initial_weights;
-use super::refinement::GaussNewtonRefinement;
+use super::refinement::{choose_initial, initial_hyperparameters, section};
 use super::sample_order::greedy_order;
 use crate::initialization::initial_guess;
 use crate::outer::{MetaValues, OuterStep, scaled_sum};
@@ -61,7 +62,7 @@ pub struct PriorObjective<'a> {
     /// The random number streams.
     pub streams: RandomStreams,
     /// The refinement after the StartNet; None for the model Linear.
-    pub refinement: Option<GaussNewtonRefinement>,
+    pub refinement: Option<&'static ModelKernels>,
     /// The weight of the loss before the refinement in the gradient. The weight of the loss after the refinement is 1.
     pub auxiliary_weight: f32,
     /// The directions that the pattern may have.
@@ -113,7 +114,7 @@ impl<'a> PriorObjective<'a> {
                 parameters,
             },
             streams: RandomStreams { seed: options.seed },
-            refinement: GaussNewtonRefinement::of(options.model),
+            refinement: ModelKernels::of(options.model),
             auxiliary_weight: AUXILIARY_WEIGHT,
             reach: Reach {
                 limits: options.limits(),
@@ -129,7 +130,7 @@ impl<'a> PriorObjective<'a> {
     #[must_use]
     pub fn model(&self) -> ModelKind {
         self.refinement
-            .map_or(ModelKind::Linear, GaussNewtonRefinement::model)
+            .map_or(ModelKind::Linear, |kernels| kernels.model)
     }
 
     fn prepare<'v>(&'v self, values: &'v MetaValues, pattern: SamplePattern) -> Prepared<'v> {
@@ -145,11 +146,9 @@ impl<'a> PriorObjective<'a> {
         let [coefficient_net, start_net] = initial_weights(self.shape, &mut random);
         let initial = self
             .refinement
-            .map(|refinement| initial_guess(refinement.model(), &mut random));
+            .map(|kernels| initial_guess(kernels.model, &mut random));
         let hyperparameters = Hyperparameters {
-            steps: self
-                .refinement
-                .map(GaussNewtonRefinement::initial_hyperparameters),
+            steps: self.refinement.map(initial_hyperparameters),
             precision: vec![INITIAL_PRECISION; self.subset.basis.components()],
         };
         let mut values = MetaValues {
@@ -165,9 +164,9 @@ impl<'a> PriorObjective<'a> {
             values.pattern.clone_from(&earlier.pattern);
         }
         match self.refinement {
-            Some(refinement) if self.random_directions.is_some() => {
+            Some(kernels) if self.random_directions.is_some() => {
                 let loss = |values: &MetaValues| self.gradient(values, RANDOM_STEP, RANDOM_TASKS).0;
-                refinement.choose_initial(values, &mut random, loss)
+                choose_initial(kernels.model, values, &mut random, loss)
             }
             _ => values,
         }
@@ -184,7 +183,7 @@ impl<'a> PriorObjective<'a> {
         let (initial, readings) = (&values.initial, &self.subset.virtual_readings);
         Some((
             arena.start(self.shape, &values.start_net),
-            self.refinement?.section(arena, initial, &steps, readings),
+            section(self.refinement?.model, arena, initial, &steps, readings),
         ))
     }
 
@@ -233,16 +232,15 @@ impl<'a> PriorObjective<'a> {
     /// factor of two between draws of Neural; Phong and Cook-Torrance have a single draw.
     #[must_use]
     pub fn choose_initial(&self, values: MetaValues) -> MetaValues {
-        let Some(refinement) = self.refinement else {
+        let Some(kernels) = self.refinement else {
             return values;
         };
         let all = &self.subset.validation_materials;
         let stride = all.len().div_ceil(INITIAL_TASKS).max(1);
         let materials: Vec<usize> = all.iter().copied().step_by(stride).collect();
         let tasks = self.plain_tasks(&materials, ORDER_OCTET_STRIDE);
-        let mut random = ChaCha8Rng::seed_from_u64(self.streams.seed);
-        random.set_stream(INITIAL_STREAM);
-        refinement.choose_initial(values, &mut random, |values| {
+        let mut random = random_stream(self.streams.seed, INITIAL_STREAM);
+        choose_initial(kernels.model, values, &mut random, |values| {
             let directions = &self.subset.validation;
             weighted_mean(&self.losses(values, &tasks, self.refinement, directions))
         })
@@ -341,7 +339,7 @@ impl<'a> PriorObjective<'a> {
         &self,
         values: &MetaValues,
         tasks: &[TrainingTask],
-        refinement: Option<GaussNewtonRefinement>,
+        refinement: Option<&'static ModelKernels>,
         directions: &LossDirections<'_>,
     ) -> Vec<WeightedLoss> {
         self.map_tasks(values, tasks, |completed, index| {

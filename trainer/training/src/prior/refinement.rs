@@ -173,132 +173,118 @@ impl RefinementInputs<'_> {
     }
 }
 
-/// The refinement for a model.
-#[derive(Clone, Copy)]
-pub struct GaussNewtonRefinement(&'static ModelKernels);
-
-impl GaussNewtonRefinement {
-    /// Returns the refinement for a model; None for Linear.
-    #[must_use]
-    pub fn of(model: ModelKind) -> Option<Self> {
-        ModelKernels::of(model).map(Self)
+/// Returns the hyperparameters before training, all positive.
+pub(super) fn initial_hyperparameters(kernels: &ModelKernels) -> StepParameters {
+    StepParameters {
+        precision: vec![INITIAL_PRECISION; kernels.active],
+        reading_weight: 1.0,
+        error_scale: INITIAL_ERROR_SCALE,
     }
+}
 
-    /// Returns the model.
-    #[must_use]
-    pub fn model(self) -> ModelKind {
-        self.0.model
-    }
-
-    /// Returns the hyperparameters before training, all positive.
-    pub(super) fn initial_hyperparameters(self) -> StepParameters {
-        StepParameters {
-            precision: vec![INITIAL_PRECISION; self.0.active],
-            reading_weight: 1.0,
-            error_scale: INITIAL_ERROR_SCALE,
+/// Returns meta-parameters with the best initial parameters: those of `values`, or one of several draws.
+pub(super) fn choose_initial(
+    model: ModelKind,
+    mut values: MetaValues,
+    random: &mut ChaCha8Rng,
+    loss: impl Fn(&MetaValues) -> f32,
+) -> MetaValues {
+    let (mut min_loss, mut best) = (f32::INFINITY, values.initial.clone());
+    for draw in 0..INITIAL_DRAWS {
+        if draw > 0 {
+            values.initial = initial_guess(model, random);
+        }
+        let loss = loss(&values);
+        // Always false for NaN.
+        if loss < min_loss {
+            (min_loss, best) = (loss, values.initial.clone());
         }
     }
+    values.initial = best;
+    values
+}
 
-    /// Returns meta-parameters with the best initial parameters: those of `values`, or one of several draws.
-    pub(super) fn choose_initial(
-        self,
-        mut values: MetaValues,
-        random: &mut ChaCha8Rng,
-        loss: impl Fn(&MetaValues) -> f32,
-    ) -> MetaValues {
-        let (mut min_loss, mut best) = (f32::INFINITY, values.initial.clone());
-        for draw in 0..INITIAL_DRAWS {
-            if draw > 0 {
-                values.initial = initial_guess(self.model(), random);
-            }
-            let loss = loss(&values);
-            // Always false for NaN.
-            if loss < min_loss {
-                (min_loss, best) = (loss, values.initial.clone());
-            }
-        }
-        values.initial = best;
-        values
+/// Returns the section of a recipe.
+pub(super) fn section<'a>(
+    model: ModelKind,
+    arena: &'a Arena,
+    initial: &[f32],
+    hyperparameters: &StepParameters,
+    virtual_readings: &VirtualReadings,
+) -> fit::GaussNewton<'a> {
+    let at = &virtual_readings.at;
+    fit::GaussNewton {
+        model,
+        steps: count(STEPS),
+        initial: arena.floats(initial),
+        precision: arena.floats(&hyperparameters.precision),
+        reading_weight: hyperparameters.reading_weight,
+        error_scale: hyperparameters.error_scale,
+        directions: arena.angles(&at.angles),
+        center: arena.floats(&at.means()),
+        rows: arena.rows(at),
     }
+}
 
-    /// Returns the section of a recipe.
-    pub(super) fn section<'a>(
-        self,
-        arena: &'a Arena,
-        initial: &[f32],
-        hyperparameters: &StepParameters,
-        virtual_readings: &VirtualReadings,
-    ) -> fit::GaussNewton<'a> {
-        let at = &virtual_readings.at;
-        fit::GaussNewton {
-            model: self.model(),
-            steps: count(STEPS),
-            initial: arena.floats(initial),
-            precision: arena.floats(&hyperparameters.precision),
-            reading_weight: hyperparameters.reading_weight,
-            error_scale: hyperparameters.error_scale,
-            directions: arena.angles(&at.angles),
-            center: arena.floats(&at.means()),
-            rows: arena.rows(at),
+/// Returns the loss after the fit on the `outer` samples.
+pub(super) fn loss(
+    kernels: &ModelKernels,
+    inputs: &RefinementInputs<'_>,
+    outer: &SampleOctets<'_>,
+) -> f32 {
+    let values = inputs.virtual_readings.values(inputs.coefficients);
+    let readings = inputs.all_readings(&values.octets);
+    let (fitted, _) = (kernels.take_steps)(&inputs.steps(), &readings.octets());
+    (kernels.loss)(&fitted, outer)
+}
+
+/// Returns the loss after the fit, and its gradient.
+pub(super) fn gradient(
+    kernels: &ModelKernels,
+    inputs: &RefinementInputs<'_>,
+    outer: &SampleOctets<'_>,
+) -> RefinementGradient {
+    let values = inputs.virtual_readings.values(inputs.coefficients);
+    let readings = inputs.all_readings(&values.octets);
+    let readings = readings.octets();
+    let fit = inputs.steps();
+    let (fitted, steps) = (kernels.take_steps)(&fit, &readings);
+    let mut gradient = FitGradient {
+        initial: vec![0.0; fitted.len()],
+        precision: vec![0.0; kernels.active],
+        error_scale: 0.0,
+    };
+    let loss = (kernels.gradient)(&fitted, outer, &mut gradient.initial);
+    let mut derivatives = OctetAdjoint::zeros(&readings);
+    (kernels.steps_adjoint)(&fit, &steps, &readings, &mut gradient, &mut derivatives);
+    let (by_virtual, by_readings) =
+        derivatives.split_at(inputs.virtual_readings.octet_directions.len());
+    let mut coefficients = vec![0.0; inputs.coefficients.len()];
+    let by_brdf = by_virtual.iter().flat_map(|octet| {
+        let measured = octet.sample.measured;
+        (0..WIDTH).map(move |lane| measured.map(|by_channel| by_channel.0[lane]))
+    });
+    inputs
+        .virtual_readings
+        .add_gradient(&values, by_brdf, &mut coefficients);
+    // The weight of a present reading is proportional to the hyperparameter.
+    let own = inputs.readings.octets();
+    let mut by_weight = 0.0;
+    for (octet, by_octet) in by_readings.iter().enumerate() {
+        for lane in 0..WIDTH {
+            by_weight += 3.0 * own.sample(octet, lane).weight * by_octet.weight.0[lane];
         }
     }
-
-    /// Returns the loss after the fit on the `outer` samples.
-    pub(super) fn loss(self, inputs: &RefinementInputs<'_>, outer: &SampleOctets<'_>) -> f32 {
-        let values = inputs.virtual_readings.values(inputs.coefficients);
-        let readings = inputs.all_readings(&values.octets);
-        let (fitted, _) = (self.0.take_steps)(&inputs.steps(), &readings.octets());
-        (self.0.loss)(&fitted, outer)
-    }
-
-    /// Returns the loss after the fit, and its gradient.
-    pub(super) fn gradient(
-        self,
-        inputs: &RefinementInputs<'_>,
-        outer: &SampleOctets<'_>,
-    ) -> RefinementGradient {
-        let values = inputs.virtual_readings.values(inputs.coefficients);
-        let readings = inputs.all_readings(&values.octets);
-        let readings = readings.octets();
-        let fit = inputs.steps();
-        let (fitted, steps) = (self.0.take_steps)(&fit, &readings);
-        let mut gradient = FitGradient {
-            initial: vec![0.0; fitted.len()],
-            precision: vec![0.0; self.0.active],
-            error_scale: 0.0,
-        };
-        let loss = (self.0.gradient)(&fitted, outer, &mut gradient.initial);
-        let mut derivatives = OctetAdjoint::zeros(&readings);
-        (self.0.steps_adjoint)(&fit, &steps, &readings, &mut gradient, &mut derivatives);
-        let (by_virtual, by_readings) =
-            derivatives.split_at(inputs.virtual_readings.octet_directions.len());
-        let mut coefficients = vec![0.0; inputs.coefficients.len()];
-        let by_brdf = by_virtual.iter().flat_map(|octet| {
-            let measured = octet.sample.measured;
-            (0..WIDTH).map(move |lane| measured.map(|by_channel| by_channel.0[lane]))
-        });
-        inputs
-            .virtual_readings
-            .add_gradient(&values, by_brdf, &mut coefficients);
-        // The weight of a present reading is proportional to the hyperparameter.
-        let own = inputs.readings.octets();
-        let mut by_weight = 0.0;
-        for (octet, by_octet) in by_readings.iter().enumerate() {
-            for lane in 0..WIDTH {
-                by_weight += 3.0 * own.sample(octet, lane).weight * by_octet.weight.0[lane];
-            }
-        }
-        RefinementGradient {
-            loss,
-            initial: gradient.initial,
-            hyperparameters: StepParameters {
-                precision: gradient.precision,
-                reading_weight: by_weight,
-                error_scale: gradient.error_scale,
-            },
-            coefficients,
-            samples: by_readings.iter().map(|octet| octet.sample).collect(),
-        }
+    RefinementGradient {
+        loss,
+        initial: gradient.initial,
+        hyperparameters: StepParameters {
+            precision: gradient.precision,
+            reading_weight: by_weight,
+            error_scale: gradient.error_scale,
+        },
+        coefficients,
+        samples: by_readings.iter().map(|octet| octet.sample).collect(),
     }
 }
 
@@ -313,8 +299,6 @@ mod tests {
     /// Draws with loss NaN are not chosen, not even the first one.
     #[test]
     fn initial_parameters_have_the_smallest_loss() {
-        let refinement =
-            GaussNewtonRefinement::of(ModelKind::Neural).expect("Neural has parameters");
         let (first, seen) = (vec![7.0], Cell::new(0));
         let values = MetaValues {
             initial: first.clone(),
@@ -328,7 +312,7 @@ mod tests {
                 loss
             };
             let random = &mut ChaCha8Rng::seed_from_u64(1);
-            let chosen = refinement.choose_initial(values.clone(), random, loss);
+            let chosen = choose_initial(ModelKind::Neural, values.clone(), random, loss);
             assert_eq!(seen.get(), INITIAL_DRAWS);
             chosen.initial
         };

@@ -50,7 +50,8 @@ pub struct WarpedPool {
     angles: Vec<Angles<f32>>,
     /// The smooth field terms at the directions.
     pub fields: Vec<[Octet; FIELD_TERMS]>,
-    materials: Arc<[Box<dyn Material>]>,
+    /// The materials.
+    pub materials: Arc<[Box<dyn Material>]>,
     /// The directions at which unwarped materials are evaluated, for each highlight warp.
     directions: Vec<Vec<HalfDifference<f32>>>,
     /// The BRDF of each material with each highlight warp, evaluated on first use.
@@ -124,12 +125,6 @@ impl WarpedPool {
             let brdf = material.values_at(directions);
             brdf.chunks(WIDTH).map(transpose_rgb).collect()
         })
-    }
-
-    /// Returns the materials.
-    #[must_use]
-    pub fn materials(&self) -> &[Box<dyn Material>] {
-        &self.materials
     }
 
     /// Draws a block of successive octets, at least `count` directions in total. The pool is random, so that a block is as

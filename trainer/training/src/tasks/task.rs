@@ -215,11 +215,7 @@ impl TrainingTask {
         });
         let field = [(); FIELD_TERMS].map(|()| FIELD_DEVIATION * standard_normal(random));
         let present = draw_present(samples, options.missing_share, dropout, random);
-        let ReadingNoise {
-            multiplicative,
-            additive,
-            ..
-        } = options.noise;
+        let (multiplicative, additive) = (options.noise.multiplicative, options.noise.additive);
         let noise = if multiplicative + additive > 0.0 {
             (0..samples)
                 .map(|_| {

@@ -96,6 +96,55 @@ impl MerlTable {
         })
     }
 
+    /// Makes a table from BRDFs in linear RGB, sr^-1, not times the cosine: one for each of [`table_nodes`], and NaN
+    /// where the BRDF is unknown. These nodes are filled from known ones.
+    ///
+    /// Even small negative values are errors, because a negative value in the table means "not measured". Set the
+    /// negative values that noise causes in a dark measurement to 0 first.
+    ///
+    /// # Errors
+    /// If the number of values differs from that of the nodes, a value is infinite or negative, or fewer than half of the
+    /// nodes have values in all channels.
+    pub fn from_nodes(name: String, brdf: &[[f32; 3]]) -> Result<Self, Defect> {
+        let nodes = table_nodes();
+        if nodes.len() != brdf.len() {
+            let defect = format!(
+                "there are {} values for {} directions",
+                brdf.len(),
+                nodes.len()
+            );
+            return Err(Defect::new(defect, "give one for each, in their order"));
+        }
+        for (index, (rgb, angles)) in brdf.iter().zip(nodes).enumerate() {
+            let invalid = |value: &f32| value.is_infinite() || *value < 0.0;
+            if let Some(channel) = rgb.iter().position(invalid) {
+                let [theta_h, theta_d, phi_d] = angles.to_array().map(f32::to_degrees);
+                let defect = format!(
+                    "value {index} is {} in {} at theta_h {theta_h:.3}, theta_d {theta_d:.3} and phi_d {phi_d:.3} \
+                     degrees, and a BRDF must be finite and not negative",
+                    rgb[channel], CHANNELS[channel]
+                );
+                return Err(Defect::new(
+                    defect,
+                    "correct it, or give NaN where it is unknown",
+                ));
+            }
+        }
+        let mut bytes = MmapMut::map_anon(FILE_BYTES).map_err(no_memory)?;
+        encode(brdf, &mut bytes);
+        Self::filled(name, bytes.make_read_only().map_err(no_memory)?)
+    }
+
+    /// Returns the BRDF at [`table_nodes`], in their order. [`MerlTable::from_nodes`] makes the same table from it.
+    #[must_use]
+    pub fn to_nodes(&self) -> Vec<[f32; 3]> {
+        let stored = |index| measured_values(&self.bytes, index).unwrap_or_default();
+        let nodes = nodes_above_horizon().map(stored);
+        nodes
+            .map(|values| [0, 1, 2].map(|channel| (values[channel] * SCALE[channel]) as f32))
+            .collect()
+    }
+
     /// Interpolates the BRDF at angles. The scalar type may have derivatives.
     fn interpolate<S: RealScalar>(&self, angles: Angles<S>) -> [S; 3] {
         let zero = S::constant(0.0);
@@ -207,55 +256,4 @@ pub fn to_merl(brdf: &dyn Brdf) -> Result<Vec<u8>, NotFinite> {
     let mut bytes = vec![0; FILE_BYTES];
     encode(&values, &mut bytes);
     Ok(bytes)
-}
-
-impl MerlTable {
-    /// Makes a table from BRDFs in linear RGB, sr^-1, not times the cosine: one for each of [`table_nodes`], and NaN
-    /// where the BRDF is unknown. These nodes are filled from known ones.
-    ///
-    /// Even small negative values are errors, because a negative value in the table means "not measured". Set the
-    /// negative values that noise causes in a dark measurement to 0 first.
-    ///
-    /// # Errors
-    /// If the number of values differs from that of the nodes, a value is infinite or negative, or fewer than half of the
-    /// nodes have values in all channels.
-    pub fn from_nodes(name: String, brdf: &[[f32; 3]]) -> Result<Self, Defect> {
-        let nodes = table_nodes();
-        if nodes.len() != brdf.len() {
-            let defect = format!(
-                "there are {} values for {} directions",
-                brdf.len(),
-                nodes.len()
-            );
-            return Err(Defect::new(defect, "give one for each, in their order"));
-        }
-        for (index, (rgb, angles)) in brdf.iter().zip(nodes).enumerate() {
-            let invalid = |value: &f32| value.is_infinite() || *value < 0.0;
-            if let Some(channel) = rgb.iter().position(invalid) {
-                let [theta_h, theta_d, phi_d] = angles.to_array().map(f32::to_degrees);
-                let defect = format!(
-                    "value {index} is {} in {} at theta_h {theta_h:.3}, theta_d {theta_d:.3} and phi_d {phi_d:.3} \
-                     degrees, and a BRDF must be finite and not negative",
-                    rgb[channel], CHANNELS[channel]
-                );
-                return Err(Defect::new(
-                    defect,
-                    "correct it, or give NaN where it is unknown",
-                ));
-            }
-        }
-        let mut bytes = MmapMut::map_anon(FILE_BYTES).map_err(no_memory)?;
-        encode(brdf, &mut bytes);
-        Self::filled(name, bytes.make_read_only().map_err(no_memory)?)
-    }
-
-    /// Returns the BRDF at [`table_nodes`], in their order. [`MerlTable::from_nodes`] makes the same table from it.
-    #[must_use]
-    pub fn to_nodes(&self) -> Vec<[f32; 3]> {
-        let stored = |index| measured_values(&self.bytes, index).unwrap_or_default();
-        let nodes = nodes_above_horizon().map(stored);
-        nodes
-            .map(|values| [0, 1, 2].map(|channel| (values[channel] * SCALE[channel]) as f32))
-            .collect()
-    }
 }

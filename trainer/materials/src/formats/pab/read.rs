@@ -155,6 +155,48 @@ impl PabSet {
         Ok(Box::new(resampled))
     }
 
+    /// Interpolates between the theta_i around that of `at`. If `is_limited`, returns None far from measured directions.
+    fn interpolate(&self, at: &HalfDifference<f32>, is_limited: bool) -> Option<[f64; 3]> {
+        let limit = |degrees: f64| match is_limited {
+            true => degrees + ANGLE_TOLERANCE,
+            false => f64::INFINITY,
+        };
+        let [x, y, z] = at.directions().incoming.map(f64::from);
+        let theta_i = x.hypot(y).atan2(z);
+        // The half vector, rotated so that the incoming direction has phi = 0.
+        let (sin_h, cos_h) = (f64::from(at.hx), f64::from(at.hz));
+        let phi = -y.atan2(x);
+        let half = [sin_h * phi.cos(), sin_h * phi.sin(), cos_h];
+        let degrees = theta_i.to_degrees();
+        let after = self.slices.partition_point(|(theta, _)| *theta <= degrees);
+        let is_between = (1..self.slices.len()).contains(&after)
+            && self.slices[after].0 - self.slices[after - 1].0 <= limit(MAX_GAP);
+        let slice_value = |index: usize| {
+            let (theta, scattered) = self.slices.get(index)?;
+            if !is_between && (theta - degrees).abs() > limit(MAX_BEYOND) {
+                return None;
+            }
+            let incoming = direction(*theta, 0.0);
+            let cosine: f64 = incoming.iter().zip(half).map(|(a, b)| a * b).sum();
+            let [x, y, z]: [f64; 3] = std::array::from_fn(|i| 2.0 * cosine * half[i] - incoming[i]);
+            let value = scattered.interpolate([x, y, z.max(0.0)], limit(MAX_OUTGOING_DISTANCE))?;
+            Some((*theta, value))
+        };
+        let low = after.checked_sub(1).and_then(slice_value);
+        let high = slice_value(after);
+        if let (true, Some((low_theta, low)), Some((high_theta, high))) = (is_between, low, high) {
+            let fraction = (degrees - low_theta) / (high_theta - low_theta);
+            return Some(std::array::from_fn(|i| {
+                low[i] + fraction * (high[i] - low[i])
+            }));
+        }
+        let distance = |(theta, _): &(f64, [f64; 3])| (theta - degrees).abs();
+        let near = low.into_iter().chain(high);
+        let near = near.filter(|slice| distance(slice) <= limit(MAX_BEYOND));
+        let nearest = near.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        nearest.map(|(_, value)| value)
+    }
+
     /// Returns true if no direction is far from measured ones.
     fn is_complete(&self) -> bool {
         self.coverage.unknown() == 0.0
@@ -275,49 +317,5 @@ impl Material for PabSet {
 
     fn omissions(&self) -> Vec<Omission> {
         self.omissions.clone()
-    }
-}
-
-impl PabSet {
-    /// Interpolates between the theta_i around that of `at`. If `is_limited`, returns None far from measured directions.
-    fn interpolate(&self, at: &HalfDifference<f32>, is_limited: bool) -> Option<[f64; 3]> {
-        let limit = |degrees: f64| match is_limited {
-            true => degrees + ANGLE_TOLERANCE,
-            false => f64::INFINITY,
-        };
-        let [x, y, z] = at.directions().incoming.map(f64::from);
-        let theta_i = x.hypot(y).atan2(z);
-        // The half vector, rotated so that the incoming direction has phi = 0.
-        let (sin_h, cos_h) = (f64::from(at.hx), f64::from(at.hz));
-        let phi = -y.atan2(x);
-        let half = [sin_h * phi.cos(), sin_h * phi.sin(), cos_h];
-        let degrees = theta_i.to_degrees();
-        let after = self.slices.partition_point(|(theta, _)| *theta <= degrees);
-        let is_between = (1..self.slices.len()).contains(&after)
-            && self.slices[after].0 - self.slices[after - 1].0 <= limit(MAX_GAP);
-        let slice_value = |index: usize| {
-            let (theta, scattered) = self.slices.get(index)?;
-            if !is_between && (theta - degrees).abs() > limit(MAX_BEYOND) {
-                return None;
-            }
-            let incoming = direction(*theta, 0.0);
-            let cosine: f64 = incoming.iter().zip(half).map(|(a, b)| a * b).sum();
-            let [x, y, z]: [f64; 3] = std::array::from_fn(|i| 2.0 * cosine * half[i] - incoming[i]);
-            let value = scattered.interpolate([x, y, z.max(0.0)], limit(MAX_OUTGOING_DISTANCE))?;
-            Some((*theta, value))
-        };
-        let low = after.checked_sub(1).and_then(slice_value);
-        let high = slice_value(after);
-        if let (true, Some((low_theta, low)), Some((high_theta, high))) = (is_between, low, high) {
-            let fraction = (degrees - low_theta) / (high_theta - low_theta);
-            return Some(std::array::from_fn(|i| {
-                low[i] + fraction * (high[i] - low[i])
-            }));
-        }
-        let distance = |(theta, _): &(f64, [f64; 3])| (theta - degrees).abs();
-        let near = low.into_iter().chain(high);
-        let near = near.filter(|slice| distance(slice) <= limit(MAX_BEYOND));
-        let nearest = near.min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        nearest.map(|(_, value)| value)
     }
 }

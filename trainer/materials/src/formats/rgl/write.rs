@@ -163,18 +163,12 @@ impl Slice {
             luminances.push((4.0 * reflected * solid_angle(*point) / density) as f32);
         }
         let is_above_horizon: Vec<bool> = samples.iter().map(|sample| sample.cos_o > 0.0).collect();
-        let colors = if has_bands {
+        let (colors, bands) = if has_bands {
             let groups = table.groups.iter();
-            groups
-                .map(|group| times_cosine(*group, &samples))
-                .collect::<Result<_, _>>()?
+            let colors = groups.map(|group| times_cosine(*group, &samples));
+            (colors.collect::<Result<_, _>>()?, table.wavelengths.len())
         } else {
-            vec![values]
-        };
-        let bands = if has_bands {
-            table.wavelengths.len()
-        } else {
-            3
+            (vec![values], 3)
         };
         let planes = colors
             .iter()

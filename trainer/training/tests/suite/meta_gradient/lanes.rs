@@ -157,7 +157,7 @@ fn compare<M: Model>() {
             directions[23].theta_d = 1.5;
         }
         let pattern = SamplePattern::new(&Reach::ANY, directions);
-        let material = &setting.pool.materials()[1];
+        let material = &setting.pool.materials[1];
         let brdf = pattern.angles.iter().map(|at| material.at_angles(*at));
         let (brdf, directions) = (brdf.collect::<Vec<_>>(), &pattern.octet_directions);
         let inner = WeightedSamples::present(directions, &brdf, &pattern.valid);

@@ -13,6 +13,7 @@ use glimpse_core::numeric::Rows;
 
 use glimpse_fitting::recipe::ReadingNoise;
 use glimpse_fitting::recipe::options::{Effort, Schedule, TrainingOptions};
+use glimpse_kernels::ModelKernels;
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape, complete};
 use glimpse_kernels::scan::scan_with_missing;
 use glimpse_materials::{Brdf, MODELS, Procedural};
@@ -20,7 +21,6 @@ use glimpse_training::outer::{Checkpoints, MetaValues, OuterStep, Phase, Session
 use glimpse_training::pattern::Reach;
 use glimpse_training::prior::dataset::{Dataset, Subset};
 use glimpse_training::prior::objective::{PriorObjective, StepOptions};
-use glimpse_training::prior::refinement::GaussNewtonRefinement;
 use glimpse_training::prior::train::phases;
 use glimpse_training::run::{TrainError, train};
 use glimpse_training::streams::RandomStreams;
@@ -66,7 +66,7 @@ fn with_reach<T>(
     let groups = vec![group(0..8, 0.7), group(8..12, 0.3)];
     let dataset = Dataset::new(procedural(12, 3), 8, groups, reading_options, 512, 5);
     let subset = Subset::without(&dataset, 6, &[]);
-    let refinement = GaussNewtonRefinement::of(model);
+    let refinement = ModelKernels::of(model);
     let objective = PriorObjective {
         subset: &subset,
         shape: Shape {
