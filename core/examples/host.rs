@@ -40,14 +40,9 @@ pub(crate) struct Computer {
 impl Computer {
     /// Receives a byte and returns the reply's bytes, if there is a reply.
     fn receive<'b>(&mut self, byte: u8, buffer: &'b mut [u8; FRAME_BYTES]) -> Option<&'b [u8]> {
-        let Self {
-            end,
-            values,
-            readings,
-        } = self;
         let mut respond = |request| match request {
             Request::Hello { .. } => {
-                values.clear();
+                self.values.clear();
                 Reply::Welcome { protocol: PROTOCOL }
             }
             Request::Measure {
@@ -55,7 +50,7 @@ impl Computer {
                 index,
                 directions,
             } => {
-                *readings += 1;
+                self.readings += 1;
                 let lamp = if purpose == Purpose::Dark { 0.0 } else { 1.0 };
                 let reading = Reading::new(material(&directions).map(|brdf| lamp * brdf));
                 Reply::Measured { index, reading }
@@ -63,12 +58,13 @@ impl Computer {
             // This host does not remember earlier scans.
             Request::Restored { .. } => Reply::Refused(ErrorCode::RefusedRestored),
             Request::Values { values: new, .. } => {
-                values.extend_from_slice(&new);
+                self.values.extend_from_slice(&new);
                 Reply::Accepted
             }
             _ => Reply::Accepted,
         };
-        end.answer(byte, buffer, |request| Some(respond(request)))
+        self.end
+            .answer(byte, buffer, |request| Some(respond(request)))
     }
 }
 

@@ -22,11 +22,9 @@ impl Register {
 
 pub const TIM2: Timer = timer(0x4000_0000);
 pub const TIM5: Timer = timer(0x4000_0C00);
-pub const USART1: Usart = Usart {
-    status: register(0x4001_1000),
-    data: register(0x4001_1004),
-    control: register(0x4001_100C),
-};
+pub const USART1_STATUS: Register = register(0x4001_1000);
+pub const USART1_DATA: Register = register(0x4001_1004);
+pub const USART1_CONTROL: Register = register(0x4001_100C);
 
 /// A timer with a 32-bit counter.
 #[derive(Clone, Copy)]
@@ -36,14 +34,6 @@ pub struct Timer {
     pub counter: Register,
     pub prescaler: Register,
     pub reload: Register,
-}
-
-/// A serial port.
-#[derive(Clone, Copy)]
-pub struct Usart {
-    pub status: Register,
-    pub data: Register,
-    pub control: Register,
 }
 
 const fn timer(address: usize) -> Timer {

@@ -13,7 +13,7 @@ use cortex_m_rt::exception;
 use critical_section::Mutex;
 use heapless::spsc::{Consumer, Producer, Queue};
 
-use crate::register::USART1;
+use crate::register::{USART1_CONTROL, USART1_DATA, USART1_STATUS};
 
 const INTERRUPT: u16 = 37;
 /// The lowest priority.
@@ -60,7 +60,7 @@ impl Uart {
         let queue = cortex_m::singleton!(: Queue<u8, QUEUE_BYTES> = Queue::new())?;
         let (producer, bytes) = queue.split();
         critical_section::with(|section| PRODUCER.borrow(section).set(Some(producer)));
-        USART1.control.write(ENABLE);
+        USART1_CONTROL.write(ENABLE);
         // SAFETY: no critical section relies on priorities; all of them mask every interrupt.
         unsafe {
             nvic.set_priority(Received, 0);
@@ -83,9 +83,9 @@ impl Uart {
 
     /// Sends a byte. Returns false if the transmitter is busy.
     pub fn write(&mut self, byte: u8) -> bool {
-        let ready = USART1.status.read() & READY != 0;
+        let ready = USART1_STATUS.read() & READY != 0;
         if ready {
-            USART1.data.write(byte.into());
+            USART1_DATA.write(byte.into());
         }
         ready
     }
@@ -115,12 +115,12 @@ unsafe fn DefaultHandler(number: i16) {
     if number != INTERRUPT as i16 {
         SCB::sys_reset() // no other interrupt is enabled
     }
-    let status = USART1.status.read();
+    let status = USART1_STATUS.read();
     if status & (RECEIVED | OVERRUN) == 0 {
         return;
     }
     // Reading the data after the status also clears an overrun, which would block the receiver.
-    let byte = USART1.data.read() as u8;
+    let byte = USART1_DATA.read() as u8;
     let overrun = status & OVERRUN != 0;
     let dropped = status & RECEIVED != 0 && !enqueue(byte);
     let lost = u32::from(overrun) + u32::from(dropped);

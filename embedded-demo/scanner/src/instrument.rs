@@ -18,18 +18,12 @@ pub struct Instrument<S, H, R> {
     /// The lamp is on while it is high.
     lamp: S,
     sensor: R,
-    polled: Instant,
 }
 
 impl<S: OutputPin, H: InputPin, R: Sensor> Instrument<S, H, R> {
     /// Combines arms, a pin that switches the lamp on while it is high, and a sensor.
     pub fn new(arms: Goniometer<S, H>, lamp: S, sensor: R) -> Self {
-        Self {
-            arms,
-            lamp,
-            sensor,
-            polled: Instant::now(),
-        }
+        Self { arms, lamp, sensor }
     }
 
     /// Homes the arms. The result is evidence about the readings since the previous homing.
@@ -73,12 +67,12 @@ impl<S: OutputPin, H: InputPin, R: Sensor> Instrument<S, H, R> {
 
     /// Polls the arms until they rest. Returns the result of a homing.
     async fn settle(&mut self) -> Result<Option<StepCheck>, Error> {
-        self.polled = Instant::now();
+        let mut polled = Instant::now();
         loop {
             Timer::after_micros(POLL_US).await;
             let now = Instant::now();
-            let elapsed = now.duration_since(self.polled).as_micros();
-            self.polled = now;
+            let elapsed = now.duration_since(polled).as_micros();
+            polled = now;
             let elapsed_us = u32::try_from(elapsed).unwrap_or(u32::MAX);
             match self.arms.poll(elapsed_us)? {
                 Motion::Moving => {}

@@ -22,7 +22,7 @@ mod training;
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use glimpse_materials::setting::set_name_style;
 
 /// Learn where to measure a BRDF and how to fit it, for a scanner's microcontroller.
@@ -51,13 +51,6 @@ use glimpse_materials::setting::set_name_style;
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    #[command(flatten)]
-    common: CommonArgs,
-}
-
-/// Options of all commands.
-#[derive(Args, Clone, Copy, Debug)]
-struct CommonArgs {
     /// Seed of all random numbers; the same seed gives the same results. Commands without random
     /// numbers ignore it
     #[arg(long, global = true, default_value_t = 0, value_parser = commands::numbers::number(0..=u64::MAX))]
@@ -96,32 +89,32 @@ pub fn run() -> ExitCode {
     set_name_style(commands::message::option);
     let mut parser = commands::numbers::with_negative_values(Cli::command());
     let matches = parser.get_matches_mut();
-    let Cli { command, common } = match Cli::from_arg_matches(&matches) {
+    let cli = match Cli::from_arg_matches(&matches) {
         Ok(cli) => cli,
         Err(error) => error.format(&mut parser).exit(),
     };
-    if let Some(threads) = common.threads {
+    if let Some(threads) = cli.threads {
         // This fails only if a thread pool already exists, which is not the case here.
         let _ = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build_global();
     }
-    let outcome = match command {
-        Command::Quickstart(command) => command.run(common.seed),
+    let outcome = match cli.command {
+        Command::Quickstart(command) => command.run(cli.seed),
         Command::Recipes(command) => command.run(),
-        Command::Train(command) => command.run(common.seed),
-        Command::Evaluate(command) => command.run(common.seed),
-        Command::Fit(command) => command.run(common.seed),
+        Command::Train(command) => command.run(cli.seed),
+        Command::Evaluate(command) => command.run(cli.seed),
+        Command::Fit(command) => command.run(cli.seed),
         Command::Next(command) => command.run(),
         Command::Inspect(command) => command.run(),
-        Command::Plan(command) => command.run(common.seed),
+        Command::Plan(command) => command.run(cli.seed),
         Command::Query(command) => command.run(),
-        Command::Render(command) => command.run(common.seed),
+        Command::Render(command) => command.run(cli.seed),
         Command::Export(command) => command.run(),
-        Command::Convert(command) => command.run(common.seed),
+        Command::Convert(command) => command.run(cli.seed),
         Command::Compare(command) => command.run(),
-        Command::Reproduce(command) => command.run(common.seed),
-        Command::VirtualScanner(command) => command.run(common.seed),
+        Command::Reproduce(command) => command.run(cli.seed),
+        Command::VirtualScanner(command) => command.run(cli.seed),
         Command::Bench(command) => command.run(),
     };
     match outcome {

@@ -16,9 +16,7 @@ use crate::progress::{StepProgress, catch_interrupts, interrupted};
 
 /// Returns the folder of the checkpoint of a recipe's training.
 pub(crate) fn checkpoint_of(out: &Path) -> PathBuf {
-    let mut path = out.as_os_str().to_owned();
-    path.push(".checkpoint");
-    path.into()
+    out.with_added_extension("checkpoint")
 }
 
 /// Trains a recipe on materials called `data` with a progress bar of loss and remaining time, writes it, and removes its

@@ -24,9 +24,7 @@ impl Lock {
     /// # Errors
     /// If another run holds the lock, or the lock file cannot be created.
     pub(super) fn of_path(out: &Path) -> anyhow::Result<Self> {
-        let mut name = out.as_os_str().to_owned();
-        name.push(".lock");
-        Self::acquire(name.into(), out)
+        Self::acquire(out.with_added_extension("lock"), out)
     }
 
     /// Creates an output folder unless it exists, and locks it with the file `run.lock` in it. Its parent folder must exist.

@@ -68,12 +68,9 @@ pub(crate) fn reflectances(text: &str) -> Result<[f32; 3], String> {
 }
 
 /// Returns a parser of a number within a range.
-pub(crate) fn number<T>(
+pub(crate) fn number<T: FromStr + PartialOrd + Display + Clone + Send + Sync + 'static>(
     range: RangeInclusive<T>,
-) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
-where
-    T: FromStr + PartialOrd + Display + Clone + Send + Sync + 'static,
-{
+) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static {
     move |text| {
         let kind = if T::from_str("0.5").is_ok() {
             "a number"
