@@ -36,6 +36,9 @@ pub trait Brdf: Sync {
     }
 }
 
+/// The shares of red, green and blue in the luminance of linear RGB (Rec. 709).
+pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+
 /// Returns the luminance (Rec. 709) of linear RGB.
 #[must_use]
 pub fn luminance([r, g, b]: [f32; 3]) -> f32 {

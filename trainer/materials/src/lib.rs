@@ -33,7 +33,7 @@ mod source;
 mod spectrum;
 
 pub use basis::angles_of;
-pub use brdf::{Brdf, BrdfWithDerivative, Tabulation, luminance};
+pub use brdf::{Brdf, BrdfWithDerivative, LUMINANCE, Tabulation, luminance};
 pub use coverage::Coverage;
 pub use error::{Defect, NotFinite, SourceError};
 pub use fitted_brdf::{BandGroup, BandValues, Bands, FittedBrdf};

@@ -4,8 +4,8 @@
 use std::f64::consts::PI;
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_fitting::linear::{LUMINANCE, PosteriorReading};
-use glimpse_materials::Brdf;
+use glimpse_fitting::linear::PosteriorReading;
+use glimpse_materials::{Brdf, LUMINANCE};
 
 use crate::least_squares::Errors;
 use crate::shading::{Cosines, schlick, separable_lobe};

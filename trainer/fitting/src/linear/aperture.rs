@@ -1,10 +1,7 @@
 //! Readings that are means of the BRDF over directions, as those of gloss meters, spheres and large detectors.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::Brdf;
-
-/// The shares of red, green and blue in the luminance of linear RGB.
-pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+use glimpse_materials::{Brdf, luminance};
 
 /// The directions of a reading, which is the mean of the BRDF over them.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,10 +25,12 @@ impl Aperture {
         let mean = [0, 1, 2].map(|channel: usize| {
             let terms = pairs.clone();
             let terms = terms.map(|(rgb, (_, share))| share * f64::from(rgb[channel]));
-            terms.sum::<f64>()
+            terms.sum::<f64>() as f32
         });
-        let luminance: f64 = mean.iter().zip(LUMINANCE).map(|(f, share)| f * share).sum();
-        let mean = if self.is_gray { [luminance; 3] } else { mean };
-        mean.map(|value| value as f32)
+        if self.is_gray {
+            [luminance(mean); 3]
+        } else {
+            mean
+        }
     }
 }

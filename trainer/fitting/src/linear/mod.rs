@@ -14,7 +14,7 @@ mod posterior;
 mod prior;
 mod uncertainty;
 
-pub use aperture::{Aperture, LUMINANCE};
+pub use aperture::Aperture;
 pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES, HOST_NODES, to_compact_bytes, to_host_bytes};
 pub use components_at::{ComponentsAt, add_scaled, bounded_precision, dot};
 pub(crate) use evidence::Evidence;

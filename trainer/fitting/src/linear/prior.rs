@@ -11,12 +11,13 @@ use std::sync::Arc;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::map;
 use glimpse_core::recipe::Recipe;
+use glimpse_materials::LUMINANCE;
 use glimpse_materials::basis::{BasisTable, Kernels, Place, correlation};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::ComponentsAt;
-use super::aperture::{Aperture, LUMINANCE};
+use super::aperture::Aperture;
 
 /// The variances of the mean of the channels, and of a difference from it, relative to that of independent channels.
 pub(super) const SHARES: [f64; 2] = [1.0 / 3.0, 1.0];

@@ -5,13 +5,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use glimpse_core::geometry::HalfDifference;
 
 use crate::color::product;
-use crate::{Brdf, NotFinite};
+use crate::{Brdf, LUMINANCE, NotFinite};
 use glimpse_kernels::dual::RealScalar;
 
 /// The two cosines of theta_o from which the BRDF times cosine is extrapolated below the horizon.
 const NEAR_HORIZON: [f64; 2] = [1e-4, 0.02];
-/// Luminance coefficients of linear RGB (Rec. 709).
-const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 /// Returns theta in radians at a coordinate u of the unit square. It is the inverse of u(theta).
 pub(super) fn theta(u: f64) -> f64 {
