@@ -71,7 +71,6 @@ impl Lab {
     }
 
     /// Converts to X, Y and Z, each relative to that of white.
-    #[must_use]
     pub fn to_relative_xyz(self) -> [f64; 3] {
         let y = (self.l + 16.0) / 116.0;
         let responses = [y + self.a / 500.0, y, y - self.b / 200.0];

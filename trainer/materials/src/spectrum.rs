@@ -114,7 +114,6 @@ impl Viewing {
 
     /// Returns a color in linear RGB, 0 to 1, or below 0 if it is more saturated than the primaries, adapted to D65 by Bradford's
     /// matrix. A gray color stays gray.
-    #[must_use]
     pub fn rgb_of_lab(self, lab: Lab) -> [f64; 3] {
         let white = self.white();
         let [from, to] = [white, product(&TO_XYZ, [1.0; 3])].map(|xyz| product(&BRADFORD, xyz));

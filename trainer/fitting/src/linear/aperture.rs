@@ -16,7 +16,6 @@ pub struct Aperture {
 
 impl Aperture {
     /// Returns the mean of a BRDF in linear RGB, sr^-1, not times the cosine; its luminance three times if the reading is gray.
-    #[must_use]
     pub fn mean(&self, brdf: &dyn Brdf) -> [f32; 3] {
         let at = self.directions.iter();
         let at = at.map(|(angles, _)| HalfDifference::from_angles(*angles));

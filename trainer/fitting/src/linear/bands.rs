@@ -11,7 +11,6 @@ use super::posterior::{Posterior, PosteriorReading};
 impl Posterior {
     /// Returns the posterior of the same readings in bands: `bands` has the BRDFs of each reading, sr^-1, not times the cosine, or
     /// their means over its aperture.
-    #[must_use]
     pub fn of_bands(&self, bands: &[Vec<f32>]) -> Self {
         let centers = &self.design.at.centers;
         self.of_mapped(DMatrix::from_fn(
@@ -25,7 +24,6 @@ impl Posterior {
     }
 
     /// Returns the posterior after the differences of `bands` from `fitted` ones were added to the mapped values.
-    #[must_use]
     pub fn corrected(&self, bands: &[Vec<f32>], fitted: &[Vec<f32>]) -> Self {
         let [mean, differences] = &self.targets;
         self.of_mapped(DMatrix::from_fn(
@@ -56,7 +54,6 @@ impl Posterior {
     }
 
     /// Returns the posterior of three channels whose red one is a band, and whose mean is that of all bands, and its readings.
-    #[must_use]
     pub fn with_red(
         &self,
         band: usize,

@@ -234,7 +234,6 @@ impl Posterior {
     }
 
     /// Returns those of a channel or band.
-    #[must_use]
     pub fn coefficients_of(&self, channel: usize) -> Vec<f32> {
         let at = &self.design.at;
         let sum =
@@ -377,7 +376,6 @@ impl Posterior {
     /// Returns readings of this posterior as BRDFs exactly at their directions (linear RGB, sr^-1, not times the cosine). With
     /// apertures, what the expected material does not explain of a reading's mapped value is added to that of the expected
     /// material at its direction.
-    #[must_use]
     pub fn exact(&self, readings: &[PosteriorReading]) -> Vec<[f32; 3]> {
         if readings.iter().all(|reading| reading.aperture.is_none()) {
             return readings.iter().map(|reading| reading.brdf).collect();

@@ -132,8 +132,14 @@ impl PriorAt {
         apertures: &[Option<&Aperture>],
         expected: &[[f64; 3]],
     ) -> Self {
-        let mut sums = self.clone();
-        sums.rows = DMatrix::zeros(apertures.len(), self.rows.ncols());
+        let mut sums = Self {
+            rows: DMatrix::zeros(apertures.len(), self.rows.ncols()),
+            sums: Vec::new(),
+            cosines: Vec::new(),
+            centers: Vec::new(),
+            is_gray: Vec::new(),
+            ..self.clone()
+        };
         let mut first = 0;
         for (index, aperture) in apertures.iter().enumerate() {
             let is_gray = aperture.is_some_and(|aperture| aperture.is_gray);
@@ -174,17 +180,12 @@ impl PriorAt {
                     *center -= weight * expected;
                 }
             }
-            sums.is_gray[index] = is_gray;
-            sums.cosines[index] = cosines as f32;
-            sums.centers[index] = center.map(|center| center as f32);
+            sums.is_gray.push(is_gray);
+            sums.cosines.push(cosines as f32);
+            sums.centers.push(center.map(|center| center as f32));
             first = range.end;
-            sums.sums[index] = range;
+            sums.sums.push(range);
         }
-        let count = apertures.len();
-        sums.is_gray.truncate(count);
-        sums.cosines.truncate(count);
-        sums.centers.truncate(count);
-        sums.sums.truncate(count);
         sums
     }
 

@@ -73,7 +73,6 @@ const DENSITY: [f64; 2] = [5.0, 6.0];
 
 impl Instrument {
     /// Returns the instrument of a name, which may have other capitals and separators of words; None if it is unknown.
-    #[must_use]
     pub fn parse(name: &str) -> Option<Self> {
         let mut all = Self::value_variants().iter().copied();
         all.find(|instrument| {
@@ -97,7 +96,6 @@ impl Instrument {
     ///
     /// The number is 100 times the reflected flux in the receptor, relative to that of black glass, which is its Fresnel
     /// reflectance times the light: 100 / R(theta) times the integral of f cos(theta_o).
-    #[must_use]
     pub fn brdf_of_gloss_unit(self) -> Option<f64> {
         let (theta, receptor, black_glass) = self.gloss()?;
         let nodes = gloss_nodes(theta, receptor);
@@ -106,7 +104,6 @@ impl Instrument {
     }
 
     /// Returns the geometry of a reading; None for an instrument whose directions are its rows'.
-    #[must_use]
     pub fn geometry(self) -> Option<Geometry> {
         let to = |theta: f64, phi: f64| vector(theta.to_radians(), phi.to_radians());
         let [sphere, trap] = SPHERE;
@@ -131,7 +128,6 @@ impl Instrument {
 
 impl Geometry {
     /// Returns the geometry of a reading exactly at directions, angles in radians.
-    #[must_use]
     pub const fn exact(angles: Angles<f32>) -> Self {
         Self {
             angles,
@@ -141,7 +137,6 @@ impl Geometry {
 
     /// Returns the geometry of light and sensor in cones of these full angles in degrees, up to 0 for an exact direction; None
     /// if a direction is not above the horizon.
-    #[must_use]
     pub fn new(light: [f64; 3], sensor: [f64; 3], spread: [f64; 2]) -> Option<Self> {
         if spread == [0.0; 2] {
             return above_horizon(rusinkiewicz(light, sensor)).map(Self::exact);

@@ -42,7 +42,6 @@ impl NextReading {
 
 impl PlannedReading {
     /// Proposes up to `count` of planned readings, which no instrument of a list has taken, and at no measured direction.
-    #[must_use]
     pub fn next(
         planned: &[Self],
         (posterior, measured): (&Posterior, &[Angles<f32>]),

@@ -21,13 +21,11 @@ pub struct Optics {
 
 impl Optics {
     /// Returns the instrument, if it determines its directions.
-    #[must_use]
     pub fn fixed(self) -> Option<Instrument> {
         self.instrument.filter(|one| *one != Instrument::MultiAngle)
     }
 
     /// Returns the mean BRDF over the aperture for one gloss unit; None for instruments other than gloss meters.
-    #[must_use]
     pub fn gloss_unit(self) -> Option<f64> {
         self.instrument?.brdf_of_gloss_unit()
     }
@@ -43,7 +41,6 @@ impl Optics {
 
     /// Returns the geometry of a reading at directions, in radians, which a fixed instrument does not need. None if they are
     /// missing, or not above the horizon.
-    #[must_use]
     pub fn geometry(self, angles: Option<Angles<f64>>) -> Option<Geometry> {
         if let Some(instrument) = self.fixed() {
             return instrument.geometry();

@@ -40,7 +40,6 @@ impl ReadingSet {
 
     /// Returns the sets of names that are separated by commas: `paint-lab`, `in-plane`, `five-lines` and instruments. None if one
     /// is unknown.
-    #[must_use]
     pub fn parse(names: &str) -> Option<Vec<Self>> {
         let sets = names.split(',').map(|name| match name.trim() {
             "paint-lab" => Some(Self::PAINT_LAB.to_vec()),
@@ -53,7 +52,6 @@ impl ReadingSet {
     }
 
     /// Returns the name.
-    #[must_use]
     pub fn name(self) -> String {
         match self {
             Self::Of(instrument) => instrument.name(),
@@ -63,27 +61,20 @@ impl ReadingSet {
     }
 
     /// Returns the readings.
-    #[must_use]
     pub fn readings(self) -> Vec<PlannedReading> {
         let line = |theta_i: f64| {
             let sensor = (-16..=16).map(|step| f64::from(5 * step));
             // The sensor cannot be in front of the light.
             let free = sensor.filter(move |theta_o| (theta_i + theta_o).abs() >= 4.0);
-            free.map(move |theta_o| [theta_i, theta_o])
+            free.map(move |theta_o| Some([theta_i, theta_o]))
         };
+        let aspecular = [60.0, 30.0, 20.0, 0.0, -30.0, -65.0];
         let (instrument, degrees) = match self {
             Self::Of(Instrument::MultiAngle) => {
-                let sensor = [60.0, 30.0, 20.0, 0.0, -30.0, -65.0];
-                let degrees = sensor.map(|theta_o| [45.0, theta_o]);
+                let degrees = aspecular.map(|theta_o| Some([45.0, theta_o]));
                 (Some(Instrument::MultiAngle), degrees.to_vec())
             }
-            Self::Of(instrument) => {
-                let (instrument, degrees) = (Some(instrument), None);
-                return vec![PlannedReading {
-                    instrument,
-                    degrees,
-                }];
-            }
+            Self::Of(instrument) => (Some(instrument), vec![None]),
             Self::InPlane => (None, line(45.0).collect()),
             Self::FiveLines => {
                 let lights = [5.0, 20.0, 40.0, 60.0, 75.0].into_iter();
@@ -92,13 +83,12 @@ impl ReadingSet {
         };
         let readings = degrees.into_iter().map(|degrees| PlannedReading {
             instrument,
-            degrees: Some(degrees),
+            degrees,
         });
         readings.collect()
     }
 
     /// Returns a CSV sheet for the readings of instruments, `instrument,theta_i,theta_o,r,g,b,value`, with angles in degrees.
-    #[must_use]
     pub fn blank_sheet(readings: &[PlannedReading]) -> String {
         let rows = readings.iter().map(|reading| {
             let instrument = reading.instrument.as_ref().map(Choice::name);
@@ -112,7 +102,6 @@ impl ReadingSet {
 
     /// Returns the geometry of the readings of sets, with both arms of exact directions displaced by an angle in degrees. Those
     /// below the horizon are omitted.
-    #[must_use]
     pub fn geometries(sets: &[Self], displacement: f64) -> Vec<Geometry> {
         let readings = sets.iter().flat_map(|set| set.readings());
         readings

@@ -83,7 +83,6 @@ impl SampleReading {
     }
 
     /// Returns the reading of a BRDF, as of a fit.
-    #[must_use]
     pub fn of(&self, brdf: &dyn Brdf) -> [f32; 3] {
         let aperture = self.aperture.as_ref();
         aperture.map_or_else(|| brdf.at_angles(self.angles), |one| one.mean(brdf))

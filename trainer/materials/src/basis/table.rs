@@ -285,7 +285,6 @@ impl Reconstruction {
     }
 
     /// Returns the [BRDFs](Self::brdf) of reconstructions with the same basis, for which nodes and kernels are found once.
-    #[must_use]
     pub fn brdf_of_all(all: &[&Self], angles: &Angles<f32>, weight: f64) -> Vec<[f32; 3]> {
         let Some(first) = all.first() else {
             return Vec::new();

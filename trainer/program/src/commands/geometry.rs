@@ -20,15 +20,10 @@ pub(crate) struct GeometryArgs {
     /// gloss-60, gloss-85, sci, sce, 45:0, 0:45, multi-angle at six aspecular angles, or paint-lab for all
     /// but 45:0 and 0:45), in-plane (a line at theta_i = 45), five-lines, or those of a CSV file, in degrees
     #[arg(long, value_name = "INSTRUMENT,...|FILE.csv")]
-    geometry: Option<PathBuf>,
+    pub(super) geometry: Option<PathBuf>,
 }
 
 impl GeometryArgs {
-    /// Returns true if --geometry was given.
-    pub(crate) fn is_given(&self) -> bool {
-        self.geometry.is_some()
-    }
-
     /// Returns the readings of --geometry, if those of an instrument are among them.
     pub(crate) fn of_instruments(&self) -> Option<Vec<PlannedReading>> {
         let sets = ReadingSet::parse(self.geometry.as_ref()?.to_str()?)?;

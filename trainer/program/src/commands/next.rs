@@ -112,7 +112,7 @@ impl Next {
             "options of a machine have no effect on the instruments of --geometry: remove them"
         );
         ensure!(
-            planned.is_some() || !self.geometry.is_given(),
+            planned.is_some() || self.geometry.geometry.is_none(),
             "--geometry: name instruments; give the limits of a goniometer as options, such as --in-plane"
         );
         let (posterior, measured, taken) = match &self.measurements {
