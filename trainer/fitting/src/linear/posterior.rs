@@ -54,7 +54,6 @@ pub struct PosteriorReading {
 
 impl PosteriorReading {
     /// Creates a reading of unknown noise.
-    #[must_use]
     pub fn new(angles: Angles<f32>, brdf: [f32; 3]) -> Self {
         Self {
             angles,
@@ -107,7 +106,6 @@ pub struct Posterior {
 impl Posterior {
     /// Computes the posterior. Readings with an aperture are linearized around the expected material, several times. None if a
     /// number is not finite.
-    #[must_use]
     pub fn new(prior: &MaterialPrior, readings: &[PosteriorReading]) -> Option<Self> {
         let none_expected = |points: &PriorAt| vec![[0.0; 3]; points.sums.len()];
         let mut posterior = Self::at(prior, linearized(prior, readings, none_expected), readings)?;
@@ -188,7 +186,6 @@ impl Posterior {
     }
 
     /// Returns the posterior without a group of readings. None if a number is not finite.
-    #[must_use]
     pub fn without(&self, group: &[usize]) -> Option<Self> {
         let Design {
             prior, at, noise, ..
@@ -201,7 +198,6 @@ impl Posterior {
     }
 
     /// Returns the components at all directions.
-    #[must_use]
     pub fn basis(&self) -> &BasisTable {
         &self.prior().basis
     }
@@ -211,13 +207,11 @@ impl Posterior {
     }
 
     /// Returns the number of readings.
-    #[must_use]
     pub fn readings(&self) -> usize {
         self.count
     }
 
     /// Returns the kernels of the expected material.
-    #[must_use]
     pub fn kernels(&self) -> Kernels {
         let directions = self.design.at.components.angles.iter();
         Kernels {
@@ -228,7 +222,6 @@ impl Posterior {
 
     /// Returns the coefficients of the expected material in red, green and blue: of the components, then of the
     /// [kernels](Self::kernels).
-    #[must_use]
     pub fn coefficients(&self) -> [Vec<f32>; 3] {
         [0, 1, 2].map(|channel| self.coefficients_of(channel))
     }
@@ -257,7 +250,6 @@ impl Posterior {
 
     /// Predicts each group of readings from all others, up to a shift of the mapped readings that the group has in common.
     /// All readings of a group have its z. None for an empty group, or one with a removed reading.
-    #[must_use]
     pub fn left_out(&self, groups: &[&[usize]]) -> Vec<Option<Vec<LeftOut>>> {
         let Design { at, parts, .. } = &*self.design;
         let reduced = parts.each_ref().map(|part| &*part.gain * &part.covariance);

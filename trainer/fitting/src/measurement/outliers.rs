@@ -152,7 +152,12 @@ impl Outliers {
         let of_known = known.iter().map(|sample| &readings[*sample]);
         let mut candidates = candidates(&of_known.collect::<Vec<_>>());
         let mut outliers = Self::default();
-        let mut allowed = count / READINGS_PER_OUTLIER;
+        // A few numbers of displays may contradict each other, too.
+        let has_apertures = known
+            .iter()
+            .any(|sample| readings[*sample].aperture.is_some());
+        let min_allowed = usize::from(has_apertures && count > 1);
+        let mut allowed = (count / READINGS_PER_OUTLIER).max(min_allowed);
         let mut left_out = Vec::new();
         loop {
             let groups = candidates.iter().map(|(_, group)| group.as_slice());
@@ -173,7 +178,9 @@ impl Outliers {
                     // Right neighbors of unusual materials are as improbable.
                     OutlierKind::Neighbors => false,
                     kind @ OutlierKind::Single => {
-                        gain > min_gain && earlier.iter().all(|set| set.kind != kind)
+                        gain > min_gain
+                            && count >= READINGS_PER_OUTLIER
+                            && earlier.iter().all(|set| set.kind != kind)
                     }
                 };
                 // The gain of a set is too small while others of the same cause remain.
