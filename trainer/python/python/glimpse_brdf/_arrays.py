@@ -54,9 +54,10 @@ def pairs(
         except ValueError as error:
             raise GlimpseError(f"incoming and outgoing cannot be broadcast: make their shapes equal ({error})") from error
     length = np.hypot(np.hypot(array[..., 0], array[..., 1]), array[..., 2])
-    valid = np.isfinite(length) & (length > 0)
-    if len(free) == len(valid):
-        valid |= np.asarray(free)[:, None] & np.isnan(array).all((1, 2))[:, None]
+    valid = np.asarray(np.isfinite(length) & (length > 0))
+    if free and valid.shape == (len(free), 2):
+        lacking = np.asarray(free, dtype=bool) & np.asarray(np.isnan(array).all(axis=(1, 2)))
+        valid = valid | np.stack([lacking, lacking], -1)
     invalid = np.flatnonzero(~valid)
     if len(invalid):
         pair, side = divmod(int(invalid[0]), 2)
