@@ -152,11 +152,11 @@ impl Outliers {
         let of_known = known.iter().map(|sample| &readings[*sample]);
         let mut candidates = candidates(&of_known.collect::<Vec<_>>());
         let mut outliers = Self::default();
-        // A few numbers of displays may contradict each other, too.
+        // Three numbers of displays may contradict each other, too.
         let has_apertures = known
             .iter()
             .any(|sample| readings[*sample].aperture.is_some());
-        let min_allowed = usize::from(has_apertures && count > 1);
+        let min_allowed = usize::from(has_apertures && count > 2);
         let mut allowed = (count / READINGS_PER_OUTLIER).max(min_allowed);
         let mut left_out = Vec::new();
         loop {
