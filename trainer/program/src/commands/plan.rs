@@ -24,9 +24,9 @@ use crate::report::Table;
 /// axes move at once to change this difference, the short way around. Each moves in proportion to
 /// its speed, which takes the least time. Azimuths may exceed 180 degrees (see --no-full-turns).
 ///
-/// With instruments in --geometry, the report lists the readings to take instead of a route, and the
-/// sheet of --blank has a row for each: instrument, theta_i, theta_o, r, g, b, value. Fill in the displayed
-/// numbers: percent in r, g, b, or gloss units in value. `trainer fit` reads the sheet.
+/// With instruments in --geometry, the report lists the readings to take instead of a route, and
+/// the sheet of --blank has a row for each: instrument, theta_i, theta_o, r, g, b, value. Fill in
+/// the displayed numbers: percent in r, g, b, or gloss units in value. `trainer fit` reads the sheet.
 ///
 /// If samples are out of the machine's reach, the error lists all of them, and nothing is planned.
 ///

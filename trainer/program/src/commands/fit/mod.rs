@@ -31,8 +31,8 @@ use crate::output::{create_out_folder, refuse_input, write_files};
 ///
 /// - directions: theta_i, phi_i, theta_o, phi_o, or another set of angles (see `trainer query
 ///   --help`), or index, the number of the recipe's sample, from 0;
-/// - reading: r, g, b; or L*, a*, b* (CIELAB); or value, of a sensor with one channel; or a wavelength in
-///   nm (390, 390nm or w390) for each band;
+/// - reading: r, g, b; or L*, a*, b* (CIELAB); or value, of a sensor with one channel; or a
+///   wavelength in nm (390, 390nm or w390) for each band;
 /// - instrument: gloss-20, gloss-60, gloss-85, sci, sce, 45:0, 0:45 (which need no directions) or
 ///   multi-angle, as it shows its numbers: gloss units in value, and percent in the other columns; or
 ///   spread_i and spread_o, the full angles of the cones of light and sensor (degrees);
@@ -40,10 +40,10 @@ use crate::output::{create_out_folder, refuse_input, write_files};
 ///   --by); valid (0 or 1) or flag (ok or bad); scatter (BRDF or BTDF); exposure (ms or s) of counts;
 ///   and at any directions noise, the standard deviation relative to the reading (see --noise).
 ///
-/// A row may have the reading of one band, with the columns wavelength (or channel) and value. A column
-/// of another name must be constant, or listed by --ignore. Rows come in any order. Repeated readings of
-/// a direction are averaged, and their spread is printed. The noise of the mean of k readings is divided
-/// by sqrt(k).
+/// A row may have the reading of one band, with the columns wavelength (or channel) and value. A
+/// column of another name must be constant, or listed by --ignore. Rows come in any order. Repeated
+/// readings of a direction are averaged, and their spread is printed. The noise of the mean of k
+/// readings is divided by sqrt(k).
 ///
 /// EVIDENCE. The numbers are compared with what they would be by another convention, unit or quantity.
 /// If one of them explains the readings far better, the file is refused; if it may, the report asks.
