@@ -66,7 +66,8 @@ const SPHERE_SENSOR: f64 = 45.0;
 /// The numbers of nodes of a quadrature: along the plane of incidence or the angle from the mirror direction, and across
 /// or around it on one side of the plane. An isotropic material is the same on the other.
 ///
-/// With GGX lobes of roughness 0.01 to 0.3, gloss and sphere are within 1 % of Monte Carlo integrals over source and receptor.
+/// With GGX lobes of roughness 0.01 to 0.3, they are within 1 % of Monte Carlo integrals over source and receptor, at 85 degrees
+/// within 1.6 %.
 const NODES: [usize; 2] = [17, 8];
 /// The degree by which nodes are denser around the mirror direction, for a gloss meter and a sphere.
 const DENSITY: [f64; 2] = [5.0, 6.0];
