@@ -81,7 +81,12 @@ const CASES: [Case; 18] = [
         options: &[
             READINGS,
             MACHINE,
-            &["--target 0.001", "--blank blank.csv", "--json"],
+            &[
+                "--geometry multi-angle,gloss-60",
+                "--target 0.001",
+                "--blank blank.csv",
+                "--json",
+            ],
         ],
     },
     Case {
