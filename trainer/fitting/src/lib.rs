@@ -9,6 +9,7 @@
 //! - [`recipe`]: recipe files, and how they were trained
 //! - [`bundled`]: bundled recipes
 //! - [`measurement`]: readings from a lab, matched to a pattern, checked for outliers and fitted
+//! - [`photo`]: readings of photographs
 //! - [`export`]: recipes in other formats
 //! - [`scanner`]: the virtual scanner
 
@@ -17,6 +18,7 @@ pub mod choice;
 pub mod export;
 pub mod linear;
 pub mod measurement;
+pub mod photo;
 pub mod recipe;
 pub mod route;
 pub mod scanner;
