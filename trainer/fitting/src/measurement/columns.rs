@@ -138,7 +138,7 @@ impl Unit {
 
 /// A column of a table.
 #[derive(Clone)]
-pub(super) struct Column {
+pub(crate) struct Column {
     /// The name in the file in lowercase, without a unit.
     pub(super) label: String,
     /// The name by which readers know the column, or else the label.

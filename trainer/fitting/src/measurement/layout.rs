@@ -20,10 +20,10 @@ const SEPARATORS: [char; 4] = [SPACES, '\t', ';', ','];
 
 /// The columns, and the line that names them.
 #[derive(Clone, Default)]
-pub(super) struct Layout {
+pub(crate) struct Layout {
     /// The number of the line of names, from 1.
     pub(super) line: usize,
-    pub(super) columns: Vec<Column>,
+    pub(crate) columns: Vec<Column>,
     pub(super) separator: char,
     /// The number of known names.
     known: usize,

@@ -58,4 +58,5 @@ pub use report::{FitReport, InputSummary, MaterialFiles, material_files};
 pub use rows::{LabReading, ReadingRows};
 pub use spectrum::{SpectrumReading, SpectrumReport};
 pub use summary::{ColumnSummary, TableSummary};
+pub(crate) use table::Table;
 pub use table::{LeftOutRow, TableError};

@@ -36,11 +36,11 @@ pub enum TableError {
 }
 
 /// A table: the columns, and the rows. Numbers have decimal points.
-pub(super) struct Table {
+pub(crate) struct Table {
     path: PathBuf,
-    pub(super) layout: Layout,
+    pub(crate) layout: Layout,
     /// All rows below the names.
-    pub(super) rows: Vec<Row>,
+    pub(crate) rows: Vec<Row>,
 }
 
 /// A reason to leave a row out.
@@ -65,8 +65,8 @@ pub(super) enum Mark {
 
 /// A row and the line of the file on which it begins.
 #[derive(Clone)]
-pub(super) struct Row {
-    pub(super) line: usize,
+pub(crate) struct Row {
+    pub(crate) line: usize,
     pub(super) cells: StringRecord,
     pub(super) mark: Mark,
 }
@@ -74,7 +74,7 @@ pub(super) struct Row {
 impl Table {
     /// Reads a whole file, without the columns of the names `ignored`. Columns are separated by commas, semicolons, tabs or
     /// spaces. Comments, empty rows, and empty cells at the end of a row are skipped.
-    pub(super) fn read(path: &Path, ignored: &[String]) -> Result<Self, TableError> {
+    pub(crate) fn read(path: &Path, ignored: &[String]) -> Result<Self, TableError> {
         let bytes = read_at_most(path, MAX_BYTES).map_err(|source| TableError::Read {
             path: path.into(),
             source,
@@ -225,12 +225,12 @@ impl Table {
     }
 
     /// Returns true if the table has all columns with these names.
-    pub(super) fn has(&self, names: &[&str]) -> bool {
+    pub(crate) fn has(&self, names: &[&str]) -> bool {
         names.iter().all(|name| self.layout.index(name).is_some())
     }
 
     /// Returns the text of a cell; empty if the column does not exist.
-    pub(super) fn cell<'a>(&self, row: &'a Row, name: &str) -> &'a str {
+    pub(crate) fn cell<'a>(&self, row: &'a Row, name: &str) -> &'a str {
         self.layout
             .index(name)
             .map_or("", |index| &row.cells[index])
@@ -256,7 +256,7 @@ impl Table {
     }
 
     /// Returns the numbers in cells; none if all of them are empty.
-    pub(super) fn numbers(
+    pub(crate) fn numbers(
         &self,
         row: &Row,
         names: &[&str],
@@ -311,7 +311,7 @@ impl Table {
     }
 
     /// Returns an error that concerns the columns.
-    pub(super) fn columns_error(&self, defect: &str) -> TableError {
+    pub(crate) fn columns_error(&self, defect: &str) -> TableError {
         let labels = self.layout.columns.iter().map(|column| &column.label[..]);
         let names = escaped(&labels.collect::<Vec<_>>().join(", "));
         let line = self.layout.line;
@@ -319,7 +319,7 @@ impl Table {
     }
 
     /// Returns an error that concerns the whole file.
-    pub(super) fn file_error(&self, message: String) -> TableError {
+    pub(crate) fn file_error(&self, message: String) -> TableError {
         TableError::Damaged {
             path: self.path.clone(),
             message,
@@ -327,7 +327,7 @@ impl Table {
     }
 
     /// Returns an error that concerns one line; `message` may begin with the column.
-    pub(super) fn line_error(&self, line: usize, message: &str) -> TableError {
+    pub(crate) fn line_error(&self, line: usize, message: &str) -> TableError {
         self.file_error(format!("line {line}, {message}"))
     }
 }

@@ -1,10 +1,104 @@
 //! Lights of photographs.
 
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::ball::unit;
+use crate::measurement::{Table, TableError};
+
+/// The columns of a table of lights; the last three are optional.
+const COLUMNS: [&str; 7] = ["picture", "x", "y", "z", "r", "g", "b"];
+
 /// A light far away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// The unit vector toward it: x right, y up, z toward the camera.
     pub direction: [f64; 3],
-    /// The intensity of each channel: a pixel divided by it is BRDF times cos(theta_i).
-    pub intensity: [f64; 3],
+    /// The positive intensity of each channel: a pixel divided by it is BRDF times cos(theta_i). None if it is unknown.
+    pub intensity: Option<[f64; 3]>,
+}
+
+impl Light {
+    /// Reads the lights of pictures from a CSV file with the columns `picture`, `x`, `y`, `z`, and `r`, `g`, `b` if intensities
+    /// are known, in any order. A row belongs to the pictures with its file name, in any folder; other rows are ignored.
+    ///
+    /// # Errors
+    /// If the file cannot be read, a row is not a light or names the picture of another row, or a picture has no row.
+    pub fn read_table(path: &Path, pictures: &[PathBuf]) -> Result<Vec<Self>, TableError> {
+        let table = Table::read(path, &[])?;
+        let count = table.layout.columns.len();
+        let names = &COLUMNS[..count.clamp(4, 7)];
+        if count != names.len() || !table.has(names) {
+            let defect = "but picture, x, y, z or also r, g, b are needed; correct the names";
+            return Err(table.columns_error(defect));
+        }
+        let mut lights = BTreeMap::new();
+        for row in &table.rows {
+            let remedy = "give the vector toward a light that reaches the visible half of the ball";
+            let is_finite = |number: &f64| number.abs() < 1e9;
+            let vector = table.numbers(row, &COLUMNS[1..4], is_finite, remedy)?;
+            let direction = unit(vector.try_into().unwrap_or_default());
+            // A vector of length 0 has no direction.
+            if !(-0.999_999..1.1).contains(&direction[2]) {
+                let message = format!("columns x, y, z: they are not valid; {remedy}");
+                return Err(table.line_error(row.line, &message));
+            }
+            let is_intensity = |number: &f64| (1e-9..1e9).contains(number);
+            let intensity = table.numbers(row, &COLUMNS[4..], is_intensity, "give one above 0")?;
+            let intensity = intensity.try_into().ok();
+            let name = Path::new(table.cell(row, "picture")).file_name();
+            if lights.insert(name, (direction, intensity)).is_some() {
+                let message = "column picture: an earlier row has the same name; remove one";
+                return Err(table.line_error(row.line, message));
+            }
+        }
+        let light = |path: &PathBuf| match lights.get(&path.file_name()) {
+            Some(&(direction, intensity)) => Ok(Self {
+                direction,
+                intensity,
+            }),
+            None => {
+                let message = format!("no row has the picture {}; add its light", path.display());
+                Err(table.file_error(message))
+            }
+        };
+        pictures.iter().map(light).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_belong_to_pictures_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("lights.csv");
+        let read = |text: String| {
+            std::fs::write(&path, text).unwrap();
+            Light::read_table(&path, &["a/2.png".into(), "1.png".into()])
+        };
+        let names = "picture,x,y,z,r,g,b\n1.png,0,4,3,1,2,3";
+        let lights = read(format!("{names}\n2.png,0,0,2,,,\n3.png,0,0,1,,,")).unwrap();
+        assert_eq!(
+            (lights[0].direction, lights[0].intensity),
+            ([0.0, 0.0, 1.0], None)
+        );
+        assert_eq!(lights[1].direction, [0.0, 0.8, 0.6]);
+        assert_eq!(lights[1].intensity, Some([1.0, 2.0, 3.0]));
+        for row in [
+            "1.png,0,0,1,,,",
+            "2.png,0,0,0,,,",
+            "2.png,0,0,-1,,,",
+            "2.png,0,0,1,1,0,1",
+        ] {
+            let message = read(format!("{names}\n{row}")).unwrap_err().to_string();
+            assert!(message.contains("line 3"), "{message}");
+        }
+        let message = read(names.to_owned()).unwrap_err().to_string();
+        assert!(message.contains("2.png"), "{message}");
+        for names in ["picture,x,y", "picture,x,y,z,w", "picture,x,y,z,z"] {
+            read(format!("{names}\n2.png,0,0,1\n1.png,0,0,1")).unwrap_err();
+        }
+    }
 }

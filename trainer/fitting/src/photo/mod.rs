@@ -6,4 +6,4 @@ mod picture;
 
 pub use ball::{Ball, Camera, View};
 pub use lights::Light;
-pub use picture::LinearPicture;
+pub use picture::{LinearPicture, PictureFileError, PictureProblem};
