@@ -2,7 +2,7 @@
 //!
 //! The list has the modules in order, lowest first; `tests/check_layers.py` enforces it.
 //!
-//! - [`render`]: images of spheres in a built-in studio
+//! - [`render`]: images of spheres in a built-in studio, and photographs
 //! - [`metrics`]: errors of a fit against its material
 //! - `least_squares` (internal): fits of parameters within bounds
 //! - [`shading`]: shading models of renderers, fitted to a BRDF

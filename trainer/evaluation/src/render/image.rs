@@ -2,7 +2,7 @@
 
 use glimpse_materials::to_npy;
 
-use super::{Picture, Raster};
+use super::{Picture, PictureError, Raster};
 
 /// The factor by which tone mapping multiplies the radiance first.
 const EXPOSURE: f32 = 1.7;
@@ -30,6 +30,17 @@ impl Image {
             }
         }
         grid
+    }
+
+    /// Encodes linear pixels, whose full scale is 1, as a PNG file of 16 bits. Its gamma is 1.
+    ///
+    /// # Errors
+    /// If a side is 0 or the number of pixels is not width x height.
+    pub fn to_linear_png(&self) -> Result<Vec<u8>, PictureError> {
+        // `as` saturates, and converts NaN to 0.
+        let sample = |value: &f32| ((65_535.0 * value).round() as u16).to_be_bytes();
+        let samples = self.pixels.as_flattened().iter().flat_map(sample);
+        self.encode(&samples.collect::<Vec<_>>(), png::BitDepth::Sixteen)
     }
 
     /// Encodes the linear radiance as a NumPy file: 32-bit floats of shape (height, width, 3).

@@ -1,10 +1,12 @@
-//! Renderings of spheres in a built-in studio.
+//! Renderings of spheres in a built-in studio, and photographs under a distant light.
 //!
 //! [`render_sphere`] integrates a BRDF over the studio's light and returns an [`Image`] of linear radiance.
 //! [`Image::tone_map`] converts it to an 8-bit [`Picture`] for display, PNG files and image metrics.
+//! [`photograph`] is a camera's view of a ball.
 
 mod environment;
 mod image;
+mod photograph;
 mod picture;
 mod quadrature;
 mod sphere;
@@ -13,5 +15,6 @@ mod studio;
 mod tests;
 
 pub use image::Image;
+pub use photograph::{distant_ball, photograph};
 pub use picture::{Picture, PictureError, Raster};
 pub use sphere::{render_sphere, sphere_disc};

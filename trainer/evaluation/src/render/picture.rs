@@ -35,15 +35,29 @@ impl Picture {
     /// # Errors
     /// If a side is 0 or the number of pixels is not width x height.
     pub fn to_png(&self) -> Result<Vec<u8>, PictureError> {
+        self.encode(self.pixels.as_flattened(), png::BitDepth::Eight)
+    }
+}
+
+impl<P> Raster<P> {
+    /// Encodes RGB samples as a PNG file: of 8 bits, marked as sRGB, or else linear, with a gamma of 1.
+    pub(super) fn encode(
+        &self,
+        samples: &[u8],
+        depth: png::BitDepth,
+    ) -> Result<Vec<u8>, PictureError> {
         let mut file = Vec::new();
         // The encoder rejects a side above u32::MAX, because it does not match the number of pixels.
         let side = |pixels: usize| u32::try_from(pixels).unwrap_or(u32::MAX);
         let mut encoder = png::Encoder::new(&mut file, side(self.width), side(self.height));
         encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        encoder.set_depth(depth);
+        match depth {
+            png::BitDepth::Eight => encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual),
+            _ => encoder.set_source_gamma(png::ScaledFloat::new(1.0)),
+        }
         let mut writer = encoder.write_header()?;
-        writer.write_image_data(self.pixels.as_flattened())?;
+        writer.write_image_data(samples)?;
         writer.finish()?;
         Ok(file)
     }

@@ -4,13 +4,14 @@ use std::f32::consts::{FRAC_1_PI, PI};
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::numeric::math;
+use glimpse_fitting::photo::Light;
 use glimpse_materials::Brdf;
 
 use super::environment::Environment;
 use super::quadrature::RINGS;
-use super::render_sphere;
 use super::sphere::{BACKGROUND, DIAMETER, circles, render_in};
 use super::studio::STUDIO;
+use super::{distant_ball, photograph, render_sphere};
 use crate::metrics::image::{mean_squared_error, psnr};
 
 /// A white Lambertian BRDF.
@@ -102,4 +103,28 @@ fn rendering_handles_invalid_brdfs_and_is_deterministic() {
     }
     let [first, second] = [0; 2].map(|_| render_sphere(&glossy(0.1), 16));
     assert_eq!(first, second);
+}
+
+#[test]
+fn photograph_of_white_ball_has_known_flux() {
+    let ball = distant_ball(64);
+    // With 90 degrees between light and camera, the flux of a Lambertian ball is 1 / pi of that at 0 degrees.
+    for (direction, share) in [([0.0, 0.0, 1.0], 1.0), ([0.0, 1.0, 0.0], FRAC_1_PI)] {
+        let intensity = Some([1.0, 2.0, 4.0]);
+        let image = photograph(
+            &lambertian,
+            &ball,
+            &Light {
+                direction,
+                intensity,
+            },
+            [64; 2],
+            4,
+        );
+        for (channel, intensity) in [1.0, 2.0, 4.0].into_iter().enumerate() {
+            let flux: f32 = image.pixels.iter().map(|pixel| pixel[channel]).sum();
+            let expected = intensity * share * (ball.radius * ball.radius) as f32 * 2.0 / 3.0;
+            assert!((flux / expected - 1.0).abs() < 2e-3, "{flux} {expected}");
+        }
+    }
 }

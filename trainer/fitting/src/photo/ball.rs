@@ -1,5 +1,10 @@
 //! Directions at a ball's pixels.
 
+use glimpse_core::geometry::Angles;
+use nalgebra::{Rotation3, Vector3};
+
+use crate::measurement::angles_from_vectors;
+
 /// A pinhole camera near the ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
@@ -36,6 +41,16 @@ pub(super) fn dot(one: [f64; 3], other: [f64; 3]) -> f64 {
 pub(super) fn unit(vector: [f64; 3]) -> [f64; 3] {
     let length = dot(vector, vector).sqrt();
     vector.map(|component| component / length)
+}
+
+impl View {
+    /// Returns the angles with the light in a direction, a unit vector; None if light or camera is not above the horizon.
+    #[must_use]
+    pub fn angles(&self, light: [f64; 3]) -> Option<Angles<f32>> {
+        let to_local = Rotation3::rotation_between(&self.normal.into(), &Vector3::z())?;
+        let local = |direction: [f64; 3]| (to_local * Vector3::from(direction)).into();
+        angles_from_vectors(local(light), local(self.outgoing))
+    }
 }
 
 impl Camera {

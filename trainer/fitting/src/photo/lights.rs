@@ -1,6 +1,7 @@
 //! Lights of photographs.
 
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use super::ball::unit;
@@ -19,12 +20,33 @@ pub struct Light {
 }
 
 impl Light {
-    /// Reads the lights of pictures from a CSV file with the columns `picture`, `x`, `y`, `z`, and `r`, `g`, `b` if intensities
-    /// are known, in any order. A row belongs to the pictures with its file name, in any folder; other rows are ignored.
+    /// Reads the lights of pictures as [`read_all`](Self::read_all) does. A row belongs to the pictures with its file name, in any
+    /// folder; other rows are ignored.
     ///
     /// # Errors
-    /// If the file cannot be read, a row is not a light or names the picture of another row, or a picture has no row.
+    /// As [`read_all`](Self::read_all), and if a picture has no row.
     pub fn read_table(path: &Path, pictures: &[PathBuf]) -> Result<Vec<Self>, TableError> {
+        let lights = Self::read_all(path)?;
+        let light = |picture: &PathBuf| {
+            let name = picture.file_name().and_then(OsStr::to_str);
+            let light = name.and_then(|name| lights.get(name)).copied();
+            light.ok_or_else(|| TableError::Damaged {
+                path: path.to_owned(),
+                message: format!(
+                    "no row has the picture {}; add its light",
+                    picture.display()
+                ),
+            })
+        };
+        pictures.iter().map(light).collect()
+    }
+
+    /// Reads a CSV file of lights with the columns `picture`, `x`, `y`, `z`, and `r`, `g`, `b` if intensities are known, in any
+    /// order. Returns the lights by the file name of the picture.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or a row is not a light or names the picture of another row.
+    pub fn read_all(path: &Path) -> Result<BTreeMap<String, Self>, TableError> {
         let table = Table::read(path, &[])?;
         let count = table.layout.columns.len();
         let names = &COLUMNS[..count.clamp(4, 7)];
@@ -45,24 +67,18 @@ impl Light {
             }
             let is_intensity = |number: &f64| (1e-9..1e9).contains(number);
             let intensity = table.numbers(row, &COLUMNS[4..], is_intensity, "give one above 0")?;
-            let intensity = intensity.try_into().ok();
+            let light = Self {
+                direction,
+                intensity: intensity.try_into().ok(),
+            };
             let name = Path::new(table.cell(row, "picture")).file_name();
-            if lights.insert(name, (direction, intensity)).is_some() {
+            let name = name.and_then(OsStr::to_str).unwrap_or_default();
+            if lights.insert(name.to_owned(), light).is_some() {
                 let message = "column picture: an earlier row has the same name; remove one";
                 return Err(table.line_error(row.line, message));
             }
         }
-        let light = |path: &PathBuf| match lights.get(&path.file_name()) {
-            Some(&(direction, intensity)) => Ok(Self {
-                direction,
-                intensity,
-            }),
-            None => {
-                let message = format!("no row has the picture {}; add its light", path.display());
-                Err(table.file_error(message))
-            }
-        };
-        pictures.iter().map(light).collect()
+        Ok(lights)
     }
 }
 

@@ -55,7 +55,7 @@ const OTHERS: [&str; 6] = [
     "virtual-scanner",
 ];
 
-const CASES: [Case; 18] = [
+const CASES: [Case; 19] = [
     Case {
         base: "evaluate --recipe l.recipe --test procedural:2:3",
         options: &[&[
@@ -174,6 +174,10 @@ const CASES: [Case; 18] = [
         options: &[&["--out s.npy", "--size 40", "--columns 1", "--json"]],
     },
     Case {
+        base: "render sphere procedural:1:3 --lights lights.csv --out set",
+        options: &[&["--size 40", "--columns 1", "--json"]],
+    },
+    Case {
         base: "render view n.recipe --material procedural:1:3",
         options: &[&[
             "--measurements n.csv",
@@ -261,6 +265,7 @@ fn write_inputs(folder: &Folder) {
         "theta_i,phi_i,theta_o,phi_o,r,g,b,noise\n0.5,0,0.4,1.5,0.2,0.1,0.1,0.1\n\
          0.9,0,0.3,3.1,0.4,0.3,0.1,0.3\n",
     );
+    folder.write("lights.csv", "picture,x,y,z\na.png,0,0,1\n");
     folder.succeed("fit n.recipe --measurements n.csv --out fitted");
 }
 

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use glimpse_evaluation::render::Picture;
+use glimpse_fitting::photo::LinearPicture;
 use serde_json::json;
 
 use super::Folder;
@@ -47,6 +48,49 @@ fn renders_grid() {
     let header = String::from_utf8_lossy(&array[..128]);
     assert!(header.contains("(52, 52, 3)"), "{header}");
     assert_eq!(array.len(), 128 + 4 * 52 * 52 * 3);
+}
+
+#[test]
+fn renders_photographs() {
+    let folder = Folder::new();
+    folder.write(
+        "lamps.csv",
+        "picture,x,y,z\na.png,0,0,2\nb.png,-0.6,0,-0.8\n",
+    );
+    let command = "render sphere procedural:1:3 --size 32";
+    let report = folder.succeed_as_json(&format!("{command} --lights lamps.csv --out set"));
+    assert_eq!(report["circle"], json!([15.5, 15.5, 15.36]));
+    for (name, is_in_front) in [("set/a.png", true), ("set/b.png", false)] {
+        let picture = LinearPicture::read(&folder.at(name)).expect("a linear picture");
+        let brightest = picture
+            .pixels
+            .as_flattened()
+            .iter()
+            .copied()
+            .fold(0.0, f32::max);
+        assert!((brightest - 0.9).abs() < 1e-4, "{brightest}");
+        // The light behind the ball is at the left.
+        let row = &picture.pixels[16 * 32..17 * 32];
+        let is_lit = |pixels: &[[f32; 3]]| pixels.iter().any(|pixel| pixel[0] > 0.0);
+        assert_eq!([is_lit(&row[..4]), is_lit(&row[8..])], [true, is_in_front]);
+    }
+    // With its own lights, it is the same set.
+    folder.succeed(&format!("{command} --lights set/lights.csv --out again"));
+    for name in folder.names("set") {
+        let [own, again] = ["set", "again"].map(|set| folder.read(&format!("{set}/{name}")));
+        assert!(own == again, "{name}");
+    }
+    folder.write("bad.csv", "picture,x,y,z\na.tif,0,0,1\n");
+    folder.fail_each(
+        "render sphere",
+        &[
+            "procedural:1 --lights bad.csv --out bad => bad.csv png",
+            "procedural:1 --lights lamps.csv => --out folder",
+            "procedural:1 --lights lamps.csv --out set --columns 2 => --lights --columns",
+            "procedural:2 --lights lamps.csv --out two => procedural:2",
+            "procedural:1 --lights set/lights.csv --out set --force => lights.csv input",
+        ],
+    );
 }
 
 #[test]
