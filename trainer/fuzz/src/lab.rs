@@ -8,6 +8,7 @@ use glimpse_fitting::measurement::{
     AngleArgs, AngleTable, CountCalibration, Multiple, NamedRecipe, ReadingQuantity, ReadingRows,
     Readings, TableArgs,
 };
+use glimpse_fitting::photo::LinearPicture;
 
 use crate::support::{ANGLES, Folder, accepted};
 
@@ -20,6 +21,16 @@ static RECIPES: LazyLock<[NamedRecipe; 2]> = LazyLock::new(|| {
     let with_pattern = any.at(&ANGLES[..4]).expect("valid directions");
     [any, with_pattern]
 });
+
+/// Checks a picture.
+pub(crate) fn check_picture(bytes: &[u8]) {
+    // Only the error of a file has its name.
+    if let Some(picture) = accepted(LinearPicture::decode(bytes), "") {
+        assert_eq!(picture.pixels.len(), picture.width * picture.height);
+        let mut values = picture.pixels.as_flattened().iter();
+        assert!(values.all(|value| value.is_finite()));
+    }
+}
 
 /// Checks a CSV file as readings, as a white reference, and as angles.
 pub(crate) fn check_readings(bytes: &[u8]) {

@@ -11,13 +11,14 @@ mod support;
 pub type Reader = (&'static str, fn(&[u8]));
 
 /// All readers.
-pub const READERS: [Reader; 6] = [
+pub const READERS: [Reader; 7] = [
     ("basis", materials::check_basis),
     ("checkpoint", checkpoint::check),
     ("material", materials::check_file),
     ("nbrdf", materials::check_network),
     ("pab", materials::check_set),
     ("readings", lab::check_readings),
+    ("picture", lab::check_picture),
 ];
 
 /// Checks one input.

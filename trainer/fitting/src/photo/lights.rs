@@ -59,18 +59,17 @@ impl Light {
             let remedy = "give the vector toward a light that reaches the visible half of the ball";
             let is_finite = |number: &f64| number.abs() < 1e9;
             let vector = table.numbers(row, &COLUMNS[1..4], is_finite, remedy)?;
-            let direction = unit(vector.try_into().unwrap_or_default());
-            // A vector of length 0 has no direction.
-            if !(-0.999_999..1.1).contains(&direction[2]) {
-                let message = format!("columns x, y, z: they are not valid; {remedy}");
-                return Err(table.line_error(row.line, &message));
-            }
             let is_intensity = |number: &f64| (1e-9..1e9).contains(number);
             let intensity = table.numbers(row, &COLUMNS[4..], is_intensity, "give one above 0")?;
             let light = Self {
-                direction,
+                direction: unit(vector.try_into().unwrap_or_default()),
                 intensity: intensity.try_into().ok(),
             };
+            // A vector of length 0 has no direction.
+            if !(-0.999_999..1.1).contains(&light.direction[2]) {
+                let message = format!("columns x, y, z: they are not valid; {remedy}");
+                return Err(table.line_error(row.line, &message));
+            }
             let name = Path::new(table.cell(row, "picture")).file_name();
             let name = name.and_then(OsStr::to_str).unwrap_or_default();
             if lights.insert(name.to_owned(), light).is_some() {

@@ -4,7 +4,7 @@ use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
 
 use exr::image::pixel_vec::PixelVec;
-use exr::prelude::{ReadChannels, ReadLayers};
+use exr::prelude::{ReadChannels, ReadLayers, Vec2};
 use glimpse_materials::untrusted::{escaped, read_at_most};
 use tiff::ColorType::{Gray, GrayA, RGB, RGBA};
 use tiff::decoder::{DecodingResult, Limits};
@@ -68,6 +68,11 @@ pub enum PictureProblem {
     NotFinite(usize, usize),
 }
 
+/// Width and height.
+type Sides = (usize, usize);
+/// The size, the number of channels, and their values pixel by pixel.
+type Decoded = Result<(Sides, usize, Vec<f32>), PictureProblem>;
+
 impl LinearPicture {
     /// Reads a PNG file of 16 bits, a TIFF file of 16 bits or floats, or an OpenEXR file with channels R, G and B.
     ///
@@ -88,101 +93,87 @@ impl LinearPicture {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn decode(bytes: &[u8]) -> Result<Self, PictureProblem> {
-        let file = Cursor::new(bytes);
-        let picture = match bytes {
-            [0x89, b'P', ..] => decode_png(file),
-            [b'I', b'I', ..] | [b'M', b'M', ..] => decode_tiff(file),
-            _ => decode_exr(file),
+        let ((width, height), channels, samples) = match bytes {
+            [0x89, b'P', ..] => decode_png(Cursor::new(bytes)),
+            [b'I', b'I', ..] | [b'M', b'M', ..] => decode_tiff(Cursor::new(bytes)),
+            _ => decode_exr(Cursor::new(bytes)),
         }?;
-        let not_finite = |pixel: &[f32; 3]| !pixel.iter().all(|value| value.is_finite());
-        let (width, place) = (picture.width, picture.pixels.iter().position(not_finite));
-        place.map_or(Ok(picture), |place| {
-            Err(PictureProblem::NotFinite(place % width, place / width))
-        })
-    }
-
-    /// Creates a picture from the samples of pixels: gray or RGB, then alpha.
-    fn new((width, height): (u32, u32), channels: usize, samples: &[f32]) -> Self {
-        let rgb = if channels < 3 { [0; 3] } else { [0, 1, 2] };
-        let pixels = samples.chunks_exact(channels);
-        Self {
-            width: width as usize,
-            height: height as usize,
-            pixels: pixels.map(|pixel| rgb.map(|index| pixel[index])).collect(),
+        if samples.len() != width * height * channels {
+            return Err(damaged("its channels are in separate planes"));
         }
+        if let Some(index) = samples.iter().position(|sample| !sample.is_finite()) {
+            let pixel = index / channels;
+            return Err(PictureProblem::NotFinite(pixel % width, pixel / width));
+        }
+        let places = if channels < 3 { [0; 3] } else { [0, 1, 2] };
+        let pixels = samples.chunks_exact(channels);
+        let pixels = pixels.map(|pixel| places.map(|place| pixel[place]));
+        Ok(Self {
+            width,
+            height,
+            pixels: pixels.collect(),
+        })
     }
 }
 
-fn decode_png(file: Cursor<&[u8]>) -> Result<LinearPicture, PictureProblem> {
+fn decode_png(file: Cursor<&[u8]>) -> Decoded {
     let mut reader = png::Decoder::new(file).read_info().map_err(damaged)?;
     let info = reader.info();
-    let (size, channels) = ((info.width, info.height), info.color_type.samples());
     // sRGB has a gamma, too.
-    let gamma = info.gamma().map_or(1.0, |gamma| gamma.into_value());
+    let gamma = info.gamma().map_or(1.0, png::ScaledFloat::into_value);
     let profile = info.icc_profile.as_ref();
     let is_linear = profile.map_or(gamma == 1.0, |profile| is_linear(profile));
-    check(size, info.bit_depth as u8, is_linear)?;
+    let size = check(info.size(), info.bit_depth as u8, is_linear)?;
+    let channels = info.color_type.samples();
     let mut bytes = vec![0; reader.output_buffer_size().unwrap_or_default()];
     reader.next_frame(&mut bytes).map_err(damaged)?;
     let samples = bytes.as_chunks().0.iter();
-    let samples: Vec<f32> = samples
-        .map(|bytes| fraction(u16::from_be_bytes(*bytes)))
-        .collect();
-    Ok(LinearPicture::new(size, channels, &samples))
+    let samples = samples.map(|bytes| fraction(u16::from_be_bytes(*bytes)));
+    Ok((size, channels, samples.collect()))
 }
 
-fn decode_tiff(file: Cursor<&[u8]>) -> Result<LinearPicture, PictureProblem> {
+fn decode_tiff(file: Cursor<&[u8]>) -> Decoded {
     let mut decoder = tiff::decoder::Decoder::new(file).map_err(damaged)?;
-    let (size, color) = (decoder.dimensions(), decoder.colortype().map_err(damaged)?);
-    let (size, channels) = (size.map_err(damaged)?, usize::from(color.num_samples()));
+    let color = decoder.colortype().map_err(damaged)?;
     let profile = decoder.find_tag(Tag::IccProfile).map_err(damaged)?;
     let is_linear = profile.is_none_or(|tag| tag.into_u8_vec().is_ok_and(|tag| is_linear(&tag)));
-    check(size, color.bit_depth(), is_linear)?;
+    let size = decoder.dimensions().map_err(damaged)?;
+    let size = check(size, color.bit_depth(), is_linear)?;
+    let (Gray(_) | GrayA(_) | RGB(_) | RGBA(_)) = color else {
+        return Err(damaged("its colors are neither gray nor RGB"));
+    };
     let image = decoder.with_limits(Limits::unlimited()).read_image();
-    let samples: Vec<f32> = match image.map_err(damaged)? {
+    let samples = match image.map_err(damaged)? {
         DecodingResult::U16(samples) => samples.into_iter().map(fraction).collect(),
         DecodingResult::F16(samples) => samples.into_iter().map(f32::from).collect(),
         DecodingResult::F32(samples) => samples,
         _ => return Err(PictureProblem::Bits(color.bit_depth())),
     };
-    let is_rgb = matches!(color, Gray(_) | GrayA(_) | RGB(_) | RGBA(_));
-    // Only the first plane is read.
-    if !is_rgb || samples.len() as u64 != channels as u64 * u64::from(size.0) * u64::from(size.1) {
-        return Err(damaged("its colors are not RGB side by side"));
-    }
-    Ok(LinearPicture::new(size, channels, &samples))
+    Ok((size, color.num_samples().into(), samples))
 }
 
-fn decode_exr(file: Cursor<&[u8]>) -> Result<LinearPicture, PictureProblem> {
+fn decode_exr(file: Cursor<&[u8]>) -> Decoded {
     let chunks = exr::block::read(file, false).map_err(damaged)?;
-    for size in chunks.headers().iter().map(|layer| layer.layer_size) {
-        check((size.0 as u32, size.1 as u32), 16, true)?;
+    for Vec2(width, height) in chunks.headers().iter().map(|layer| layer.layer_size) {
+        check((width as u32, height as u32), 16, true)?;
     }
-    let reader = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level();
     let create = PixelVec::<(f32, f32, f32)>::constructor;
-    let reader = reader
-        .rgb_channels(create, PixelVec::set_pixel)
-        .first_valid_layer();
-    let image = reader
-        .all_attributes()
-        .from_chunks(chunks)
-        .map_err(damaged)?;
+    let samples = exr::prelude::read().no_deep_data();
+    let channels = samples.largest_resolution_level();
+    let layers = channels.rgb_channels(create, PixelVec::set_pixel);
+    let attributes = layers.first_valid_layer().all_attributes();
+    let image = attributes.from_chunks(chunks).map_err(damaged)?;
     let PixelVec { resolution, pixels } = image.layer_data.channel_data.pixels;
-    Ok(LinearPicture {
-        width: resolution.0,
-        height: resolution.1,
-        pixels: pixels.into_iter().map(<[f32; 3]>::from).collect(),
-    })
+    let samples = pixels.into_iter().flat_map(<[f32; 3]>::from);
+    Ok(((resolution.0, resolution.1), 3, samples.collect()))
 }
 
-/// Checks what the start of a file states.
-fn check(size: (u32, u32), bits: u8, is_linear: bool) -> Result<(), PictureProblem> {
+/// Returns the size that the start of a file states, if the values are linear and not too many.
+fn check(size: (u32, u32), bits: u8, is_linear: bool) -> Result<Sides, PictureProblem> {
     match u64::from(size.0) * u64::from(size.1) {
         _ if bits < 16 => Err(PictureProblem::Bits(bits)),
         _ if !is_linear => Err(PictureProblem::ToneCurve),
-        0..=MAX_PIXELS => Ok(()),
+        0..=MAX_PIXELS => Ok((size.0 as usize, size.1 as usize)),
         _ => Err(PictureProblem::Size(size.0, size.1)),
     }
 }
@@ -190,12 +181,13 @@ fn check(size: (u32, u32), bits: u8, is_linear: bool) -> Result<(), PictureProbl
 /// Returns true if an ICC profile has tone curves, and all have gamma 1. Tables of colors are not read.
 fn is_linear(profile: &[u8]) -> bool {
     let tags = profile.get(132..).unwrap_or_default().as_chunks::<12>().0;
-    let curves = tags.iter().filter(|tag| tag[1..4] == *b"TRC").map(|tag| {
+    let mut curves = tags.iter().filter(|tag| tag[1..4] == *b"TRC").peekable();
+    let is_linear = |tag: &[u8; 12]| {
         let start = u32::from_be_bytes([tag[4], tag[5], tag[6], tag[7]]) as usize;
-        profile.get(start..).unwrap_or_default()
-    });
-    let is_linear = |curve: &[u8]| LINEAR_CURVES.iter().any(|start| curve.starts_with(start));
-    curves.clone().count() > 0 && curves.clone().all(is_linear)
+        let curve = profile.get(start..).unwrap_or_default();
+        LINEAR_CURVES.iter().any(|linear| curve.starts_with(linear))
+    };
+    curves.peek().is_some() && curves.all(is_linear)
 }
 
 fn damaged(error: impl ToString) -> PictureProblem {
@@ -209,9 +201,10 @@ fn fraction(sample: u16) -> f32 {
 #[cfg(test)]
 mod tests {
     use PictureProblem::{Bits, Damaged, NotFinite, Size, ToneCurve};
-    use exr::prelude::{Image, SpecificChannels, Vec2, WritableImage};
+    use exr::prelude::{Image, SpecificChannels, WritableImage};
     use png::{BitDepth, chunk, chunk::ChunkType};
-    use tiff::encoder::{TiffEncoder, TiffValue, colortype};
+    use tiff::encoder::colortype::{ColorType, Gray16, RGB16, RGB32Float};
+    use tiff::encoder::{TiffEncoder, TiffValue};
 
     use super::*;
 
@@ -224,15 +217,13 @@ mod tests {
         encoder.set_depth(depth);
         let mut writer = encoder.write_header().unwrap();
         writer.write_chunk(kind, data).unwrap();
-        let samples = SAMPLES.map(u16::to_be_bytes).concat();
-        writer
-            .write_image_data(&samples[..6 * depth as usize / 8])
-            .unwrap();
+        let samples = &SAMPLES.map(u16::to_be_bytes).concat()[..6 * depth as usize / 8];
+        writer.write_image_data(samples).unwrap();
         drop(writer);
         file
     }
 
-    fn tiff<C: colortype::ColorType>(samples: &[C::Inner], curve: &[u8]) -> Vec<u8>
+    fn tiff<C: ColorType>(samples: &[C::Inner], curve: &[u8]) -> Vec<u8>
     where
         [C::Inner]: TiffValue,
     {
@@ -240,11 +231,8 @@ mod tests {
         let mut encoder = TiffEncoder::new(&mut file).unwrap();
         let mut image = encoder.new_image::<C>(2, 1).unwrap();
         let profile = [&[0; 132], &b"rTRC\0\0\0\x90\0\0\0\x10"[..], curve].concat();
-        image
-            .encoder()
-            .write_tag(Tag::IccProfile, &profile[..])
-            .unwrap();
-        image.write_data(samples).unwrap();
+        let state = image.encoder().write_tag(Tag::IccProfile, &profile[..]);
+        state.and_then(|()| image.write_data(samples)).unwrap();
         file.into_inner()
     }
 
@@ -253,47 +241,43 @@ mod tests {
         let floats = SAMPLES.map(fraction);
         let pixels = floats.as_chunks::<3>().0;
         let mut exr = Cursor::new(Vec::new());
-        let channels =
-            SpecificChannels::rgb(|at: Vec2<usize>| <(f32, f32, f32)>::from(pixels[at.0]));
-        let image = Image::from_channels((2, 1), channels);
+        let color = |at: Vec2<usize>| <(f32, f32, f32)>::from(pixels[at.0]);
+        let image = Image::from_channels((2, 1), SpecificChannels::rgb(color));
         image.write().to_buffered(&mut exr).unwrap();
-        let files = [
+        for file in [
             exr.into_inner(),
             png(BitDepth::Sixteen, chunk::gAMA, &100_000_u32.to_be_bytes()),
-            tiff::<colortype::RGB16>(&SAMPLES, LINEAR_CURVES[0]),
-            tiff::<colortype::RGB32Float>(&floats, LINEAR_CURVES[1]),
-        ];
-        for file in files {
+            tiff::<RGB16>(&SAMPLES, LINEAR_CURVES[0]),
+            tiff::<RGB32Float>(&floats, LINEAR_CURVES[1]),
+        ] {
             assert_eq!(LinearPicture::decode(&file).unwrap().pixels, pixels);
             LinearPicture::decode(&file[..file.len() / 2]).unwrap_err();
         }
-        let gray = tiff::<colortype::Gray16>(&SAMPLES[2..4], LINEAR_CURVES[2]);
-        let gray = LinearPicture::decode(&gray).unwrap();
-        assert_eq!(gray.pixels, [[floats[2]; 3], [1.0; 3]]);
+        let gray = LinearPicture::decode(&tiff::<Gray16>(&SAMPLES[2..4], LINEAR_CURVES[2]));
+        assert_eq!(gray.unwrap().pixels, [[floats[2]; 3], [1.0; 3]]);
     }
 
     #[test]
     fn other_pictures_are_refused() {
-        let problem = |file: &[u8]| LinearPicture::decode(file).unwrap_err();
         let gamma = 45_455_u32.to_be_bytes();
-        assert!(matches!(
-            problem(&png(BitDepth::Eight, chunk::gAMA, &gamma)),
-            Bits(8)
-        ));
-        assert!(matches!(
-            problem(&png(BitDepth::Sixteen, chunk::gAMA, &gamma)),
-            ToneCurve
-        ));
-        assert!(matches!(
-            problem(&png(BitDepth::Sixteen, chunk::sRGB, &[0])),
-            ToneCurve
-        ));
-        let file = tiff::<colortype::RGB16>(&SAMPLES, b"curv\0\0\0\0\0\0\0\x01\x02\x33");
-        assert!(matches!(problem(&file), ToneCurve));
         let infinite = [0.0, 0.0, 0.0, 0.0, f32::INFINITY, 0.0];
-        let file = tiff::<colortype::RGB32Float>(&infinite, LINEAR_CURVES[0]);
-        assert!(matches!(problem(&file), NotFinite(1, 0)));
-        assert!(matches!(problem(b"GIF89a"), Damaged(_)));
+        for (file, problem) in [
+            (png(BitDepth::Eight, chunk::gAMA, &gamma), Bits(8)),
+            (png(BitDepth::Sixteen, chunk::gAMA, &gamma), ToneCurve),
+            (png(BitDepth::Sixteen, chunk::sRGB, &[0]), ToneCurve),
+            (
+                tiff::<RGB16>(&SAMPLES, b"curv\0\0\0\0\0\0\0\x01\x02\x33"),
+                ToneCurve,
+            ),
+            (
+                tiff::<RGB32Float>(&infinite, LINEAR_CURVES[0]),
+                NotFinite(1, 0),
+            ),
+        ] {
+            let found = LinearPicture::decode(&file).unwrap_err();
+            assert_eq!(found.to_string(), problem.to_string());
+        }
+        assert!(matches!(LinearPicture::decode(b"GIF89a"), Err(Damaged(_))));
         assert!(matches!(check((1 << 14, 1 << 14), 16, true), Err(Size(..))));
     }
 }
