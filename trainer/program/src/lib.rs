@@ -72,6 +72,7 @@ enum Command {
     Next(commands::next::Next),
     Inspect(commands::inspect::Inspect),
     Plan(commands::plan::Plan),
+    Photo(commands::photo::Photo),
     Query(commands::query::Query),
     #[command(subcommand)]
     Render(commands::render::Render),
@@ -108,6 +109,7 @@ pub fn run() -> ExitCode {
         Command::Next(command) => command.run(),
         Command::Inspect(command) => command.run(),
         Command::Plan(command) => command.run(cli.seed),
+        Command::Photo(command) => command.run(),
         Command::Query(command) => command.run(),
         Command::Render(command) => command.run(cli.seed),
         Command::Export(command) => command.run(),

@@ -18,6 +18,7 @@ mod loss;
 mod machine;
 mod material;
 mod next;
+mod photo;
 mod plan;
 mod readings;
 mod recipe;
@@ -38,6 +39,7 @@ mod _glimpse_brdf {
         machine::PyMachine,
         material::{PyMaterial, load_material, load_materials, table_directions},
         next::PyProposals,
+        photo::photo,
         plan::PyPlan,
         recipe::PyRecipe,
         train::train,

@@ -30,7 +30,7 @@ const ROBUST_SCALE: f64 = 0.05;
 
 /// A fitted diffuse and GGX lobe.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ggx([f64; PARAMETERS]);
+pub struct Ggx([f64; PARAMETERS]);
 
 /// A reading: its directions with their shares, cos(theta_i), and its value.
 struct Target {
@@ -78,8 +78,9 @@ impl Target {
 }
 
 impl Ggx {
-    /// Fits readings.
-    pub(super) fn fit(readings: &[PosteriorReading]) -> Self {
+    /// Fits readings. Their noise does not matter.
+    #[must_use]
+    pub fn fit(readings: &[PosteriorReading]) -> Self {
         let targets: Vec<Target> = readings.iter().map(Target::new).collect();
         let diffuse = [0, 1, 2].map(|channel| {
             let mut values: Vec<f64> = targets.iter().map(|one| one.rgb[channel]).collect();

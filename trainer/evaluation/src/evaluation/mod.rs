@@ -16,6 +16,7 @@ pub use adam::OPTIMUM_STEPS;
 pub use adaptive::Adaptive;
 pub use estimate::Estimate;
 pub use evaluator::{Evaluator, SPHERE_SIZE, compare};
+pub use ggx::Ggx;
 pub use leakage::TrainingOverlap;
 pub use method::{LINEAR_OPTIMUM_DIRECTIONS, Method, SampleDirections, names};
 pub use outcome::Outcome;

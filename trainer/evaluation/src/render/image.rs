@@ -11,27 +11,6 @@ const EXPOSURE: f32 = 1.7;
 pub type Image = Raster<[f32; 3]>;
 
 impl Image {
-    /// Arranges images of the same size in rows of `columns` images, with black gaps of `gap` pixels.
-    #[must_use]
-    pub fn grid(images: &[Self], columns: usize, gap: usize) -> Self {
-        let (width, height) = images.first().map_or((0, 0), |one| (one.width, one.height));
-        let columns = columns.clamp(1, images.len().max(1));
-        let end = |count: usize, side: usize| (count * (side + gap)).saturating_sub(gap);
-        let rows = images.len().div_ceil(columns);
-        let mut grid = Self::filled(end(columns, width), end(rows, height), [0.0; 3]);
-        for (index, image) in images.iter().enumerate() {
-            let left = index % columns * (width + gap);
-            let top = index / columns * (height + gap);
-            let lines = grid.pixels.chunks_exact_mut(grid.width.max(1)).skip(top);
-            for (to, from) in lines.zip(image.pixels.chunks_exact(width.max(1))) {
-                for (to, from) in to.iter_mut().skip(left).zip(from) {
-                    *to = *from;
-                }
-            }
-        }
-        grid
-    }
-
     /// Encodes linear pixels, whose full scale is 1, as a PNG file of 16 bits. Its gamma is 1.
     ///
     /// # Errors

@@ -29,6 +29,29 @@ impl<P: Clone> Raster<P> {
     }
 }
 
+impl<P: Copy + Default> Raster<P> {
+    /// Arranges images of the same size in rows of `columns` images, with gaps of `gap` pixels that are 0.
+    #[must_use]
+    pub fn grid(images: &[Self], columns: usize, gap: usize) -> Self {
+        let (width, height) = images.first().map_or((0, 0), |one| (one.width, one.height));
+        let columns = columns.clamp(1, images.len().max(1));
+        let end = |count: usize, side: usize| (count * (side + gap)).saturating_sub(gap);
+        let rows = images.len().div_ceil(columns);
+        let mut grid = Self::filled(end(columns, width), end(rows, height), P::default());
+        for (index, image) in images.iter().enumerate() {
+            let left = index % columns * (width + gap);
+            let top = index / columns * (height + gap);
+            let lines = grid.pixels.chunks_exact_mut(grid.width.max(1)).skip(top);
+            for (to, from) in lines.zip(image.pixels.chunks_exact(width.max(1))) {
+                for (to, from) in to.iter_mut().skip(left).zip(from) {
+                    *to = *from;
+                }
+            }
+        }
+        grid
+    }
+}
+
 impl Picture {
     /// Encodes the picture as a PNG file, marked as sRGB.
     ///

@@ -7,6 +7,7 @@ use std::f32::consts::PI;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::gonio::Limits;
+use glimpse_kernels::scan::LossPrediction;
 use glimpse_materials::sampling::uniform_valid;
 use nalgebra::DMatrix;
 
@@ -159,6 +160,14 @@ impl Joint {
 }
 
 impl Posterior {
+    /// Predicts the loss of the expected material after further readings, if they have their expected values.
+    #[must_use]
+    pub fn expected_loss_after(&self, readings: &[PosteriorReading]) -> LossPrediction {
+        let mut joint = Joint::new(self, readings);
+        (0..readings.len()).for_each(|candidate| joint.assume(candidate));
+        prediction(&joint.spreads)
+    }
+
     /// Proposes up to `count` directions that were not `measured`, each one given that the earlier ones have their expected
     /// readings: first those of `begin`, then those that reduce the expected loss most. With the position of a machine's
     /// arms, which moves along, they are those that reduce it most per second.
@@ -245,9 +254,7 @@ mod tests {
 
     fn expected_loss_with(posterior: &Posterior, angles: &[Angles<f32>]) -> f32 {
         let candidates: Vec<_> = angles.iter().copied().map(without_value).collect();
-        let mut joint = Joint::new(posterior, &candidates);
-        (0..angles.len()).for_each(|index| joint.assume(index));
-        prediction(&joint.spreads).loss
+        posterior.expected_loss_after(&candidates).loss
     }
 
     #[test]

@@ -21,6 +21,14 @@ pub(super) fn polar_angles([x, y, z]: [f64; 3]) -> [f64; 2] {
     [x.hypot(y).atan2(z), y.atan2(x)]
 }
 
+/// Returns theta_i, phi_i, theta_o, phi_o of Rusinkiewicz angles, all in radians.
+#[must_use]
+pub fn polar(angles: Angles<f64>) -> [f64; 4] {
+    let pair = HalfDifference::from_angles(angles).directions();
+    let [[theta_i, phi_i], [theta_o, phi_o]] = [pair.incoming, pair.outgoing].map(polar_angles);
+    [theta_i, phi_i, theta_o, phi_o]
+}
+
 /// Returns the Rusinkiewicz angles, in radians, of two directions of length 1 that point away from the surface.
 /// The z axis is the surface normal, and phi_d is in \[0, 2 pi). None if one direction is not above the horizon.
 #[must_use]

@@ -45,6 +45,8 @@ pub enum Role {
     Instrument,
     /// The full angle of a cone of light or sensor.
     Spread,
+    /// Where the reading was taken, such as a pixel, which reports name.
+    Place,
     /// A coordinate of a color that is neither linear RGB nor CIELAB, which are not supported.
     Unsupported,
     /// A note, a result of this program, or the same text in all rows, which is not read.
@@ -82,6 +84,7 @@ sample sample samplename sampleid specimen material materialname
 instrument instrument device
 spread spread_i
 spread spread_o
+place place
 unsupported color hue saturation chroma lightness
 channel wavelength lambda wl
 channel channel color colour

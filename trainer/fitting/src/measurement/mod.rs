@@ -36,7 +36,7 @@ mod table;
 
 pub use alternatives::{Alternative, Doubt};
 pub use angle_table::{AngleRow, AngleTable};
-pub use angles::{angles_from_vectors, rusinkiewicz};
+pub use angles::{angles_from_vectors, polar, rusinkiewicz};
 pub use clipping::clipped_rows;
 pub use columns::Role;
 pub use conventions::{AngleArgs, AngleConvention, AngleUnit};

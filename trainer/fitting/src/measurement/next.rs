@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::NamedRecipe;
 
 /// A proposed reading.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct NextReading {
     /// The instrument; None for a goniometer.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -18,6 +18,9 @@ pub struct NextReading {
     /// The direction, in degrees; None for an instrument that determines it.
     #[serde(flatten)]
     pub arms: Option<Arms<f64>>,
+    /// The angle between lamp and camera of a photograph, in degrees; None for a single reading.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lamp: Option<f32>,
     /// The time to move there and to read; None without a speed.
     pub seconds: Option<f64>,
     /// The expected loss after this reading and the earlier ones.
@@ -31,11 +34,11 @@ impl NextReading {
     #[must_use]
     pub fn new(proposal: &Proposal, has_seconds: bool) -> Self {
         Self {
-            instrument: None,
             arms: Some(relative_arms(proposal.angles)),
             seconds: has_seconds.then_some(proposal.seconds),
             expected_loss: proposal.expected_loss,
             bound: proposal.bound,
+            ..Self::default()
         }
     }
 }

@@ -246,6 +246,7 @@ fn read_row(
         exposure: exposure.map(|exposure| exposure_unit * exposure as f32),
         is_gray: gray.is_some() || columns.contains(&MONOCHROME),
         optics,
+        place: Some(table.cell(row, "place").to_owned()).filter(|place| !place.is_empty()),
     })
 }
 

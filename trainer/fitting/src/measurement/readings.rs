@@ -43,6 +43,8 @@ pub struct SampleReading {
     pub aperture: Option<Arc<Aperture>>,
     /// The instrument.
     pub optics: Optics,
+    /// Where the last of its rows was taken.
+    pub place: Option<String>,
     /// The BRDFs of its rows, linear RGB, sr^-1, or their means over the aperture; empty if the sample is missing.
     pub brdf: Repeated,
     /// The mean BRDF in each band, sr^-1; empty without bands, or if the sample is missing.
@@ -66,6 +68,7 @@ impl SampleReading {
             angles,
             aperture: None,
             optics: Optics::default(),
+            place: None,
             brdf: Repeated::default(),
             bands: Vec::new(),
             noise: DEFAULT_NOISE,
@@ -184,6 +187,7 @@ impl Readings {
         for (row, index) in rows.readings.iter().zip(&placement.of_rows) {
             let sample = &mut samples[*index];
             sample.optics = row.optics;
+            sample.place.clone_from(&row.place);
             let at = to_directions(row.angles.unwrap_or(sample.angles.map(f64::from)));
             let bands = conversion.bands_to_brdf(row, *index, &at)?;
             sample.bands.resize(bands.len(), 0.0);

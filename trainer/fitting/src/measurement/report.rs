@@ -121,6 +121,8 @@ pub struct OutlierSummary {
     pub sample: usize,
     /// Its instrument; None for a goniometer.
     pub instrument: Option<Instrument>,
+    /// Where it was taken, by the column place.
+    pub place: Option<String>,
     /// The likely cause.
     pub kind: OutlierKind,
     /// The status of the reading.
@@ -201,6 +203,7 @@ impl ReadingSummary {
             Some(OutlierSummary {
                 sample,
                 instrument: reading.optics.instrument,
+                place: reading.place.clone(),
                 kind: set.kind,
                 status: reading.status,
                 z: set.z as f32,

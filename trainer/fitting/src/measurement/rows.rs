@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::geometry::Angles;
 use glimpse_materials::untrusted::escaped;
 use glimpse_materials::{Lab, Viewing, weighted_sums};
 use serde::{Deserialize, Serialize};
 
-use super::angles::{above_horizon, polar_angles};
+use super::angles::{above_horizon, polar};
 use super::columns::{CHANNELS, CIELAB, MONOCHROME};
 use super::conventions::{AngleArgs, AngleFormat, AngleSet, AngleUnit, StatedAngles};
 use super::optics::Optics;
@@ -39,6 +39,8 @@ pub struct LabReading {
     pub noise: Option<f32>,
     /// The exposure in s; None if it is not stated.
     pub exposure: Option<f32>,
+    /// Where the reading was taken, such as a pixel of a photograph.
+    pub place: Option<String>,
 }
 
 /// Readings of a file or of an array.
@@ -78,12 +80,7 @@ impl ReadingRows {
     #[must_use]
     pub fn from_array(name: &str, wavelengths: Vec<f32>, mut readings: Vec<LabReading>) -> Self {
         for reading in &mut readings {
-            reading.stated_angles = reading.angles.map(|angles| {
-                let pair = HalfDifference::from_angles(angles).directions();
-                let [[theta_i, phi_i], [theta_o, phi_o]] =
-                    [pair.incoming, pair.outgoing].map(polar_angles);
-                [theta_i, phi_i, theta_o, phi_o]
-            });
+            reading.stated_angles = reading.angles.map(polar);
         }
         let format = AngleFormat {
             set: AngleSet::Directions,

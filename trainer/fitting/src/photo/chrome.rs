@@ -32,8 +32,7 @@ pub enum ChromeError {
 pub fn chrome_light(picture: &LinearPicture, ball: &Ball) -> Result<[f64; 3], ChromeError> {
     let pixels = picture.pixels.iter().enumerate();
     let lights = pixels.filter_map(|(index, pixel)| {
-        let place = [index % picture.width, index / picture.width];
-        let View { normal, outgoing } = ball.view(place.map(|side| side as f64))?;
+        let View { normal, outgoing } = ball.view(picture.place(index))?;
         let factor = 2.0 * dot(normal, outgoing);
         let light = from_fn(|axis| factor * normal[axis] - outgoing[axis]);
         Some((light, pixel.iter().sum::<f32>()))

@@ -20,6 +20,20 @@ pub struct Light {
 }
 
 impl Light {
+    /// Creates a light from a vector toward it of any length. None if it does not reach the visible half of the ball, or a number
+    /// is not finite, or an intensity not positive.
+    #[must_use]
+    pub fn new(vector: [f64; 3], intensity: Option<[f64; 3]>) -> Option<Self> {
+        let direction = unit(vector);
+        let mut intensities = intensity.iter().flatten();
+        let is_valid = (-0.999_999..1.1).contains(&direction[2])
+            && intensities.all(|channel| (1e-9..1e9).contains(channel));
+        is_valid.then_some(Self {
+            direction,
+            intensity,
+        })
+    }
+
     /// Reads the lights of pictures as [`read_all`](Self::read_all) does. A row belongs to the pictures with its file name, in any
     /// folder; other rows are ignored.
     ///
@@ -61,15 +75,12 @@ impl Light {
             let vector = table.numbers(row, &COLUMNS[1..4], is_finite, remedy)?;
             let is_intensity = |number: &f64| (1e-9..1e9).contains(number);
             let intensity = table.numbers(row, &COLUMNS[4..], is_intensity, "give one above 0")?;
-            let light = Self {
-                direction: unit(vector.try_into().unwrap_or_default()),
-                intensity: intensity.try_into().ok(),
-            };
-            // A vector of length 0 has no direction.
-            if !(-0.999_999..1.1).contains(&light.direction[2]) {
-                let message = format!("columns x, y, z: they are not valid; {remedy}");
-                return Err(table.line_error(row.line, &message));
-            }
+            let light = Self::new(
+                vector.try_into().unwrap_or_default(),
+                intensity.try_into().ok(),
+            );
+            let message = format!("columns x, y, z: they are not valid; {remedy}");
+            let light = light.ok_or_else(|| table.line_error(row.line, &message))?;
             let name = Path::new(table.cell(row, "picture")).file_name();
             let name = name.and_then(OsStr::to_str).unwrap_or_default();
             if lights.insert(name.to_owned(), light).is_some() {

@@ -82,10 +82,31 @@ impl LinearPicture {
     /// # Errors
     /// If the file cannot be read or decoded, is too large, or states that its values are not linear.
     pub fn read(path: &Path) -> Result<Self, PictureFileError> {
+        Self::read_with(path, Self::decode)
+    }
+
+    /// Reads a PNG file of any kind as a mask: 1 where it is brighter than half of full scale, otherwise 0.
+    ///
+    /// # Errors
+    /// If the file cannot be read or decoded, or is too large.
+    pub fn read_mask(path: &Path) -> Result<Self, PictureFileError> {
+        Self::read_with(path, |bytes| Self::new(decode_mask(Cursor::new(bytes))?))
+    }
+
+    fn read_with(
+        path: &Path,
+        decode: impl Fn(&[u8]) -> Result<Self, PictureProblem>,
+    ) -> Result<Self, PictureFileError> {
         let bytes = read_at_most(path, MAX_BYTES).map_err(PictureProblem::from);
-        let picture = bytes.and_then(|bytes| Self::decode(&bytes));
+        let picture = bytes.and_then(|bytes| decode(&bytes));
         let path = path.into();
         picture.map_err(|problem| PictureFileError { path, problem })
+    }
+
+    /// Returns the column and row of a pixel.
+    #[must_use]
+    pub fn place(&self, index: usize) -> [f64; 2] {
+        [index % self.width, index / self.width].map(|side| side as f64)
     }
 
     /// Decodes the content of a file, as [`read`](Self::read).
@@ -93,11 +114,16 @@ impl LinearPicture {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn decode(bytes: &[u8]) -> Result<Self, PictureProblem> {
-        let ((width, height), channels, samples) = match bytes {
+        Self::new(match bytes {
             [0x89, b'P', ..] => decode_png(Cursor::new(bytes)),
             [b'I', b'I', ..] | [b'M', b'M', ..] => decode_tiff(Cursor::new(bytes)),
             _ => decode_exr(Cursor::new(bytes)),
-        }?;
+        }?)
+    }
+
+    fn new(
+        ((width, height), channels, samples): (Sides, usize, Vec<f32>),
+    ) -> Result<Self, PictureProblem> {
         if samples.len() != width * height * channels {
             return Err(damaged("its channels are in separate planes"));
         }
@@ -129,6 +155,18 @@ fn decode_png(file: Cursor<&[u8]>) -> Decoded {
     reader.next_frame(&mut bytes).map_err(damaged)?;
     let samples = bytes.as_chunks().0.iter();
     let samples = samples.map(|bytes| fraction(u16::from_be_bytes(*bytes)));
+    Ok((size, channels, samples.collect()))
+}
+
+fn decode_mask(file: Cursor<&[u8]>) -> Decoded {
+    let mut decoder = png::Decoder::new(file);
+    decoder.set_transformations(png::Transformations::normalize_to_color8());
+    let mut reader = decoder.read_info().map_err(damaged)?;
+    let size = check(reader.info().size(), 16, true)?;
+    let channels = reader.output_color_type().0.samples();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap_or_default()];
+    reader.next_frame(&mut bytes).map_err(damaged)?;
+    let samples = bytes.iter().map(|byte| f32::from(byte >> 7));
     Ok((size, channels, samples.collect()))
 }
 

@@ -18,12 +18,18 @@ use super::{read_recipe, require_pattern};
 pub(crate) struct GeometryArgs {
     /// Readings for a recipe of `train --samples any`, separated by commas: those of instruments (gloss-20,
     /// gloss-60, gloss-85, sci, sce, 45:0, 0:45, multi-angle at six aspecular angles, or paint-lab for all
-    /// but 45:0 and 0:45), in-plane (a line at theta_i = 45), five-lines, or those of a CSV file, in degrees
+    /// but 45:0 and 0:45), in-plane (a line at theta_i = 45), five-lines, or those of a CSV file, in degrees;
+    /// or photo (of a ball, for plan and next)
     #[arg(long, value_name = "INSTRUMENT,...|FILE.csv")]
     pub(super) geometry: Option<PathBuf>,
 }
 
 impl GeometryArgs {
+    /// Returns true for photographs of a ball.
+    pub(crate) fn is_photo(&self) -> bool {
+        self.geometry.as_deref() == Some(Path::new("photo"))
+    }
+
     /// Returns the readings of --geometry, if those of an instrument are among them.
     pub(crate) fn of_instruments(&self) -> Option<Vec<PlannedReading>> {
         let sets = ReadingSet::parse(self.geometry.as_ref()?.to_str()?)?;

@@ -18,6 +18,7 @@ mod lock;
 pub(crate) mod message;
 pub(crate) mod next;
 pub(crate) mod numbers;
+pub(crate) mod photo;
 pub(crate) mod plan;
 pub(crate) mod query;
 pub(crate) mod quickstart;

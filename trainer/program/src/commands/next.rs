@@ -9,6 +9,7 @@ use glimpse_fitting::linear::Posterior;
 use glimpse_fitting::measurement::{
     LossScale, NamedRecipe, NextReading, PlannedReading, ReadingSet,
 };
+use glimpse_fitting::photo::next_lamps;
 use glimpse_fitting::route::{MachineArgs, blank_directions};
 use serde::Serialize;
 
@@ -38,6 +39,7 @@ use crate::report::Table;
 ///          trainer next linear-n4.recipe --measurements scan.csv --speed 20,10,20,10 --max-theta-o 80
 ///          trainer next --measurements scan.csv --in-plane --count 3 --json
 ///          trainer next --measurements paint.csv --geometry paint-lab      # which instrument
+///          trainer next --measurements photos.csv --geometry photo         # where the lamp stands
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Next {
@@ -107,12 +109,17 @@ impl Next {
         let machine = given.machine(&self.machine)?;
         let any = given.continuing();
         let planned = self.geometry.of_instruments();
+        let is_photo = self.geometry.is_photo();
         ensure!(
-            planned.is_none() || self.machine == MachineArgs::default(),
+            planned.is_none() && !is_photo || self.machine == MachineArgs::default(),
             "options of a machine have no effect on the instruments of --geometry: remove them"
         );
         ensure!(
-            planned.is_some() || self.geometry.geometry.is_none(),
+            !is_photo || self.blank.is_none(),
+            "--blank has no effect on --geometry photo: remove it"
+        );
+        ensure!(
+            planned.is_some() || is_photo || self.geometry.geometry.is_none(),
             "--geometry: name instruments; give the limits of a goniometer as options, such as --in-plane"
         );
         let (posterior, measured, taken) = match &self.measurements {
@@ -148,7 +155,9 @@ impl Next {
             _ => self.count,
         };
         let so_far_and_measured = (&posterior, &measured[..]);
-        let (sheet, directions) = if let Some(planned) = planned {
+        let (sheet, directions) = if is_photo {
+            (String::new(), next_lamps(&posterior, count))
+        } else if let Some(planned) = planned {
             let next = PlannedReading::next(&planned, so_far_and_measured, &taken, count);
             let (planned, next): (Vec<_>, Vec<_>) = next.into_iter().unzip();
             (ReadingSet::blank_sheet(&planned), next)
@@ -184,7 +193,7 @@ impl Next {
             };
             write_file(path, sheet.as_bytes(), self.force || is_appended)?;
         }
-        let table = Table::of_records(&COLUMNS, &report.directions)?;
+        let table = Table::of_records(&NEXT_COLUMNS, &report.directions)?;
         emit(self.json, &report, || report.to_text(&table))
     }
 }
@@ -213,8 +222,9 @@ fn appended(path: &Path, sheet: &str) -> anyhow::Result<String> {
 }
 
 /// The columns of the table of proposals: positions in degrees.
-const COLUMNS: [(&str, &str, usize); 8] = [
+pub(super) const NEXT_COLUMNS: [(&str, &str, usize); 9] = [
     ("instrument", "/instrument", 0),
+    ("lamp (degrees from the camera)", "/lamp", 0),
     ("theta_i", "/theta_i", 2),
     ("phi_i", "/phi_i", 2),
     ("theta_o", "/theta_o", 2),

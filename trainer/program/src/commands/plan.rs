@@ -2,14 +2,17 @@
 
 use std::path::{PathBuf, absolute};
 
-use anyhow::ensure;
+use anyhow::{Context, ensure};
 use clap::{ArgGroup, Args};
 use glimpse_fitting::choice::Choice;
-use glimpse_fitting::measurement::{Instrument, PlannedReading, ReadingSet};
+use glimpse_fitting::linear::Posterior;
+use glimpse_fitting::measurement::{Instrument, NamedRecipe, PlannedReading, ReadingSet};
+use glimpse_fitting::photo::next_lamps;
 use glimpse_fitting::route::{Order, PlanArgs, blank_sheet};
 use serde_json::json;
 
 use super::geometry::GeometryArgs;
+use super::next::NEXT_COLUMNS;
 use super::{LINEAR_ANY, emit};
 use crate::output::{is_same_file, refuse_recipe, write_file, write_files};
 use crate::report::Table;
@@ -28,11 +31,15 @@ use crate::report::Table;
 /// the sheet of --blank has a row for each: instrument, theta_i, theta_o, r, g, b, value. Fill in
 /// the displayed numbers: percent in r, g, b, or gloss units in value. `trainer fit` reads the sheet.
 ///
+/// With --geometry photo, the report lists where to place the lamp for one to three photographs of a
+/// ball, and the expected loss after each. `trainer next` goes on from readings.
+///
 /// If samples are out of the machine's reach, the error lists all of them, and nothing is planned.
 ///
 /// Example: trainer plan neural-n8.recipe --speed 20,10,20,10 --settle 1.5 --blank readings.csv
 ///          trainer plan neural-n8.recipe --max-theta-o 85 --out plan.csv
 ///          trainer plan --geometry paint-lab --blank paint.csv            # hand-held instruments
+///          trainer plan --geometry photo                                  # lamps around a ball
 #[derive(Args)]
 #[command(verbatim_doc_comment, group = ArgGroup::new("written").args(["out", "blank"]).multiple(true))]
 pub(crate) struct Plan {
@@ -60,6 +67,9 @@ pub(crate) struct Plan {
 impl Plan {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         self.refuse_inputs()?;
+        if self.geometry.is_photo() {
+            return self.list_lamps();
+        }
         if let Some(readings) = self.geometry.of_instruments() {
             return self.list(&readings);
         }
@@ -92,6 +102,23 @@ impl Plan {
                 table.to_markdown()
             )
         })
+    }
+
+    /// Plans the lamps of photographs.
+    fn list_lamps(&self) -> anyhow::Result<()> {
+        let recipe = NamedRecipe::read(&self.recipe)?;
+        ensure!(
+            recipe.is_any()
+                && self.request == PlanArgs::default()
+                && self.out.is_none()
+                && self.blank.is_none(),
+            "--geometry photo needs a recipe for any directions, and takes only --json: give linear-any, and remove the other options"
+        );
+        let posterior = Posterior::new(&recipe.prior, &[]);
+        let posterior = posterior.context("the recipe's prior is not finite")?;
+        let report = json!({ "lamps": next_lamps(&posterior, LAMPS) });
+        let table = Table::of_records(&NEXT_COLUMNS, &report["lamps"])?;
+        emit(self.json, &report, || table.to_markdown())
     }
 
     /// Plans the readings of hand-held instruments.
@@ -131,6 +158,9 @@ impl Plan {
         Ok(())
     }
 }
+
+/// The number of lamps.
+const LAMPS: usize = 3;
 
 /// The columns of the table of hand-held readings, with the angle from the mirror direction in degrees.
 const READING_COLUMNS: [(&str, &str, usize); 3] = [

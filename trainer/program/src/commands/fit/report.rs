@@ -18,10 +18,11 @@ const MAX_PLAUSIBLE_SPREAD: f32 = 0.2;
 
 /// The columns of the table of outliers. The reading of a sample and its prediction are RGB; z is their difference in
 /// standard deviations.
-const OUTLIER_COLUMNS: [(&str, &str, usize); 12] = [
+const OUTLIER_COLUMNS: [(&str, &str, usize); 13] = [
     ("kind", "/kind", 0),
     ("outlier", "/sample", 0),
     ("instrument", "/instrument", 0),
+    ("place", "/place", 0),
     ("reading: r", "/reading/0", 3),
     ("g", "/reading/1", 3),
     ("b", "/reading/2", 3),

@@ -60,6 +60,27 @@ fn next_leads_a_scan_reading_by_reading() {
     assert!(loss < number(&report["bound"]), "{loss}");
 }
 
+#[test]
+fn lamps_are_planned_one_after_the_other() {
+    let folder = Folder::new();
+    let plan = folder.succeed_as_json("plan --geometry photo");
+    let (lamps, losses) = (
+        column(&plan["lamps"], "lamp"),
+        column(&plan["lamps"], "expected_loss"),
+    );
+    assert!(
+        losses.len() == 3 && losses.is_sorted_by(|one, next| one > next),
+        "{losses:?}"
+    );
+    let next = folder.succeed_as_json("next --geometry photo --count 2");
+    assert_eq!(column(&next["directions"], "lamp"), lamps[..2]);
+    for command in ["plan", "next"] {
+        let cases = ["--speed 5 => --geometry", "--blank b.csv => --geometry"];
+        folder.fail_each(&format!("{command} --geometry photo"), &cases);
+    }
+    folder.fail_naming("plan neural-n8 --geometry photo", &["linear-any"]);
+}
+
 /// A direction is proposed once, also if its reading is unlike all others, and its quantity may stand in the file.
 #[test]
 fn directions_are_proposed_once() {
