@@ -27,7 +27,7 @@ pub struct Ball {
 
 /// What a pixel shows: unit vectors, with x right, y up and z toward the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
+pub struct PixelView {
     /// The normal of the surface.
     pub normal: [f64; 3],
     /// The direction toward the camera.
@@ -43,7 +43,7 @@ pub(super) fn unit(vector: [f64; 3]) -> [f64; 3] {
     vector.map(|component| component / length)
 }
 
-impl View {
+impl PixelView {
     /// Returns the angles with the light in a direction, a unit vector; None if light or camera is not above the horizon.
     #[must_use]
     pub fn angles(&self, light: [f64; 3]) -> Option<Angles<f32>> {
@@ -73,11 +73,11 @@ impl Camera {
 impl Ball {
     /// Returns what the picture shows at a position (right and down); None off the ball.
     #[must_use]
-    pub fn view(&self, [x, y]: [f64; 2]) -> Option<View> {
+    pub fn view(&self, [x, y]: [f64; 2]) -> Option<PixelView> {
         let Some(camera) = &self.camera else {
             let [right, up] = [x - self.center[0], self.center[1] - y].map(|d| d / self.radius);
             let square = 1.0 - right * right - up * up;
-            return (square > 0.0).then(|| View {
+            return (square > 0.0).then(|| PixelView {
                 normal: [right, up, square.sqrt()],
                 outgoing: [0.0, 0.0, 1.0],
             });
@@ -91,7 +91,7 @@ impl Ball {
         let square = 1.0 + along * along - distance * distance;
         (square > 0.0).then(|| {
             let hit = along - square.sqrt();
-            View {
+            PixelView {
                 normal: std::array::from_fn(|axis| hit * ray[axis] - distance * middle[axis]),
                 outgoing: ray.map(|component| -component),
             }

@@ -2,7 +2,7 @@
 
 use std::array::from_fn;
 
-use super::ball::{Ball, View, dot, unit};
+use super::ball::{Ball, PixelView, dot, unit};
 use super::picture::LinearPicture;
 
 /// The cosine of the largest angle between a light's middle and its edge, 15 degrees.
@@ -32,7 +32,7 @@ pub enum ChromeError {
 pub fn chrome_light(picture: &LinearPicture, ball: &Ball) -> Result<[f64; 3], ChromeError> {
     let pixels = picture.pixels.iter().enumerate();
     let lights = pixels.filter_map(|(index, pixel)| {
-        let View { normal, outgoing } = ball.view(picture.place(index))?;
+        let PixelView { normal, outgoing } = ball.view(picture.place(index))?;
         let factor = 2.0 * dot(normal, outgoing);
         let light = from_fn(|axis| factor * normal[axis] - outgoing[axis]);
         Some((light, pixel.iter().sum::<f32>()))

@@ -9,7 +9,7 @@ mod lights;
 mod picture;
 mod scale;
 
-pub use ball::{Ball, Camera, View};
+pub use ball::{Ball, Camera, PixelView};
 pub use choose::{PhotoReading, PixelUse, choose};
 pub use chrome::{ChromeError, chrome_light};
 pub use lamps::next_lamps;
