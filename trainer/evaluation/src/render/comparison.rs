@@ -33,7 +33,7 @@ fn mean(errors: &[[f64; 2]]) -> [f64; 2] {
 /// Compares photographs with those of a fit. Returns for each, and then on average, the mean |difference| in levels of 8 bits, of
 /// f cos(theta_i) up to 1 with a gamma of 2.2, and that of ln(1 + f cos(theta_i)), over used pixels.
 ///
-/// The picture has a row for each of the first 12: photograph, fit, and 8 times their difference, with this gamma.
+/// The picture has a row for each of the first 12: photograph, fit, and 8 times their difference at used pixels, with this gamma.
 pub fn compare_photographs(photographs: &[Photograph], fit: &dyn Brdf) -> (Vec<[f64; 2]>, Picture) {
     let fitted = photographs.iter().map(|one| {
         let light = Light {
@@ -47,6 +47,7 @@ pub fn compare_photographs(photographs: &[Photograph], fit: &dyn Brdf) -> (Vec<[
     let pairs = photographs.iter().zip(&fitted);
     let mut all: Vec<[f64; 2]> = pairs.map(|(taken, fit)| errors(taken, fit)).collect();
     all.push(mean(&all));
+    let uses: Vec<_> = photographs.iter().map(Photograph::uses).collect();
     let picture = sheet(photographs, 3, |tile, image, pixel, _| {
         let taken = photographs[image].radiance(pixel);
         let fit = fitted[image].pixels[pixel].map(f64::from);
@@ -54,6 +55,7 @@ pub fn compare_photographs(photographs: &[Photograph], fit: &dyn Brdf) -> (Vec<[
         match tile {
             0 => displayed(taken),
             1 => displayed(fit),
+            _ if uses[image][pixel] != Some(PixelUse::Used) => [0; 3],
             _ => [0, 1, 2].map(|channel| (255.0 * GAIN * difference(channel)) as u8),
         }
     });

@@ -52,13 +52,8 @@ fn boundary(picture: &LinearPicture, level: f64) -> Vec<[f64; 2]> {
     let points = (0..picture.pixels.len()).map(|index| picture.place(index));
     let light = |x: f64, y: f64| picture.at([x, y])[0];
     let on_boundary = points.filter(|&[x, y]| {
-        let neighbors = [
-            light(x - 1.0, y),
-            light(x + 1.0, y),
-            light(x, y - 1.0),
-            light(x, y + 1.0),
-        ];
-        light(x, y) > level && neighbors.iter().any(|light| *light <= level)
+        let neighbors = [-1.0, 1.0].map(|step| light(x + step, y).min(light(x, y + step)));
+        light(x, y) > level && neighbors[0].min(neighbors[1]) <= level
     });
     on_boundary.collect()
 }
@@ -67,32 +62,25 @@ fn boundary(picture: &LinearPicture, level: f64) -> Vec<[f64; 2]> {
 fn falls(picture: &LinearPicture, circle: &Ball) -> Vec<([f64; 2], f64)> {
     let falls = (0..360).filter_map(|degree| {
         let (sin, cos) = f64::from(degree).to_radians().sin_cos();
+        let [x, y] = circle.center;
         let place = |step: f64| {
             let distance = circle.radius + 0.25 * step;
-            [
-                circle.center[0] + distance * cos,
-                circle.center[1] + distance * sin,
-            ]
+            [x + distance * cos, y + distance * sin]
         };
         let fall = |step: i32| {
             let [inside, outside] =
                 [-2.0, 2.0].map(|half| picture.at(place(f64::from(step) + half))[0]);
             (f64::from(step), inside - outside)
         };
-        let falls: Vec<(f64, f64)> = (-16..=16)
-            .map(fall)
-            .filter(|(_, fall)| *fall > 0.0)
-            .collect();
-        let (at, steepest) = *falls
-            .iter()
-            .max_by(|one, other| one.1.total_cmp(&other.1))?;
-        let near = falls
-            .iter()
-            .filter(|(step, fall)| (step - at).abs() < 6.0 && *fall > 0.5 * steepest);
-        let sums = near.fold([0.0; 2], |[sum, weights], (step, fall)| {
-            [sum + step * fall, weights + fall]
-        });
-        Some((place(sums[0] / sums[1]), steepest))
+        let falls = (-16..=16).map(fall).filter(|(_, fall)| *fall > 0.0);
+        let falls: Vec<(f64, f64)> = falls.collect();
+        let steeper = |one: &&(f64, f64), other: &&(f64, f64)| one.1.total_cmp(&other.1);
+        let (at, steepest) = *falls.iter().max_by(steeper)?;
+        let is_near = |step: f64, fall: f64| (step - at).abs() < 6.0 && fall > 0.5 * steepest;
+        let near = falls.iter().filter(|(step, fall)| is_near(*step, *fall));
+        let weights: f64 = near.clone().map(|(_, fall)| fall).sum();
+        let middle = near.map(|(step, fall)| step * fall / weights).sum();
+        Some((place(middle), steepest))
     });
     falls.collect()
 }
@@ -115,11 +103,11 @@ fn through(points: &[[f64; 2]]) -> Ball {
     };
     let [x, y] = [mean(&|x, _| x), mean(&|_, y| y)];
     let moment = |value: fn(f64, f64) -> f64| mean(&|px, py| value(px - x, py - y));
-    let [xx, xy, yy] = [
+    let (xx, xy, yy) = (
         moment(|x, _| x * x),
         moment(|x, y| x * y),
         moment(|_, y| y * y),
-    ];
+    );
     let right = 0.5 * moment(|x, y| x * (x * x + y * y));
     let down = 0.5 * moment(|x, y| y * (x * x + y * y));
     let determinant = xx * yy - xy * xy;

@@ -27,11 +27,11 @@ fn pixels(lamp: f32) -> Vec<PosteriorReading> {
     pixels.collect()
 }
 
-/// Proposes up to `count` lamps at 10, 20 ... 150 degrees from the camera, each one given that photographs of a ball with the
+/// Proposes up to `count` lamps at 10, 20 ... 120 degrees from the camera, each one given that photographs of a ball with the
 /// earlier ones have their expected pixels: those that leave the smallest expected loss.
 #[must_use]
 pub fn next_lamps(posterior: &Posterior, count: usize) -> Vec<NextReading> {
-    let mut open: Vec<f32> = (1..=15_u8).map(|step| f32::from(10 * step)).collect();
+    let mut open: Vec<f32> = (1..=12_u8).map(|step| f32::from(10 * step)).collect();
     let mut known = Vec::new();
     let lamps = (0..count).map_while(|_| {
         let after = |lamp: &f32| {
@@ -68,7 +68,7 @@ mod tests {
         let posterior = posterior.expect("finite");
         let lamps = next_lamps(&posterior, 2);
         assert!(lamps[1].expected_loss < lamps[0].expected_loss);
-        for lamp in [10.0, 50.0, 90.0, 150.0] {
+        for lamp in [10.0, 50.0, 90.0, 120.0] {
             let pixels = pixels(lamp);
             assert!(
                 (30..=72).contains(&pixels.len()),

@@ -82,14 +82,10 @@ impl LinearPicture {
         };
         let between = |one: f64, other: f64, share: f64| one * (1.0 - share) + other * share;
         [0, 1, 2].map(|channel| {
-            let row = |offset| {
-                between(
-                    pixel(offset, channel),
-                    pixel(offset + 1, channel),
-                    x.fract(),
-                )
-            };
-            between(row(0), row(self.width), y.fract())
+            let [left, right, below, last] =
+                [0, 1, self.width, self.width + 1].map(|offset| pixel(offset, channel));
+            let above = between(left, right, x.fract());
+            between(above, between(below, last, x.fract()), y.fract())
         })
     }
 }
@@ -121,12 +117,8 @@ impl Photograph {
             let white = white.at(place);
             for (channel, value) in self.picture.pixels[index].iter_mut().enumerate() {
                 let light = white[channel] / (f64::from(reflectance[channel]) / PI * cosine);
-                let is_known = light > 0.0 && light.is_finite();
-                *value = if is_known {
-                    (f64::from(*value) / light) as f32
-                } else {
-                    f32::NAN
-                };
+                let known = Some(light).filter(|light| *light > 0.0 && light.is_finite());
+                *value /= known.map_or(f32::NAN, |light| light as f32);
             }
         }
         self.light.intensity = None;
@@ -141,14 +133,11 @@ pub fn set_albedo(photographs: &mut [Photograph], albedo: f64) {
         reflectances.extend(pixels.map(|pixel| PI * pixel.brdf.iter().sum::<f64>() / 3.0));
     }
     reflectances.sort_by(f64::total_cmp);
-    let Some(median) = reflectances
-        .get(reflectances.len() / 2)
-        .filter(|median| **median > 0.0)
-    else {
-        return;
-    };
+    // Without used pixels, no scale is needed.
+    let median = reflectances.get(reflectances.len() / 2).copied();
+    let scale = median.unwrap_or(albedo).max(1e-9) / albedo;
     for photograph in photographs {
         let intensity = photograph.light.intensity.unwrap_or([1.0; 3]);
-        photograph.light.intensity = Some(intensity.map(|channel| channel * median / albedo));
+        photograph.light.intensity = Some(intensity.map(|channel| scale * channel));
     }
 }

@@ -9,9 +9,10 @@ use glimpse_fitting::linear::PosteriorReading;
 use glimpse_fitting::measurement::{Multiple, NamedRecipe, ReadingQuantity, ReadingRows, Readings};
 use glimpse_fitting::photo::Photograph;
 use glimpse_materials::Source;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::super::{emit, load_single};
+use super::Photo;
 use crate::output::{file_as_json, file_type, refuse_input, write_file};
 use crate::report::Table;
 
@@ -24,31 +25,37 @@ const COLUMNS: [(&str, &str, usize); 5] = [
     ("their loss", "/ggx/1", 4),
 ];
 
-/// Compares photographs, whose lights have known intensities, with those of a fit, and with Lambert and GGX fitted to a file of
-/// readings, if it is given. Writes a picture, and prints the errors, and their means in the last row.
-pub(super) fn compare(
-    photographs: &[Photograph],
-    material: &Path,
-    measurements: Option<&Path>,
-    out: &Path,
-    force: bool,
-    json: bool,
-) -> anyhow::Result<()> {
-    file_type(out, &["png"])?;
-    refuse_input(out, material)?;
-    let fit = load_single(&Source(material.display().to_string()))?;
-    let (errors, picture) = compare_photographs(photographs, &*fit);
-    let ggx = measurements.map(fit_ggx).transpose()?;
-    let ggx = ggx.map(|ggx| compare_photographs(photographs, &ggx).0);
-    write_file(out, &picture.to_png()?, force)?;
-    let names = photographs.iter().map(|one| &one.name[..]);
-    let rows = names.chain(["mean"]).enumerate().map(|(row, name)| {
-        let ggx = ggx.as_ref().map(|errors| errors[row]);
-        json!({ "picture": name, "levels_and_loss": errors[row], "ggx": ggx })
-    });
-    let report = json!({ "file": file_as_json(out), "pictures": rows.collect::<Vec<_>>() });
-    let table = Table::of_records(&COLUMNS, &report["pictures"])?;
-    emit(json, &report, || table.to_markdown())
+impl Photo {
+    /// Compares photographs, whose lights have known intensities, with those of a fit, and with Lambert and GGX fitted to
+    /// --measurements. Writes a picture, and prints the errors, and their means in the last row.
+    pub(super) fn compare(&self, photographs: &[Photograph], fit: &Path) -> anyhow::Result<()> {
+        file_type(&self.out, &["png"])?;
+        for input in [Some(fit), self.measurements.as_deref()]
+            .into_iter()
+            .flatten()
+        {
+            refuse_input(&self.out, input)?;
+        }
+        let fit = load_single(&Source(fit.display().to_string()))?;
+        let (errors, picture) = compare_photographs(photographs, &*fit);
+        let ggx = self.measurements.as_deref().map(fit_ggx).transpose()?;
+        let ggx = ggx.map(|ggx| compare_photographs(photographs, &ggx).0);
+        write_file(&self.out, &picture.to_png()?, self.force)?;
+        let names = photographs.iter().map(|one| &one.name[..]);
+        let rows = names.chain(["mean"]).enumerate().map(|(row, name)| {
+            let ggx = ggx.as_ref().map(|errors| errors[row]);
+            json!({ "picture": name, "levels_and_loss": errors[row], "ggx": ggx })
+        });
+        let rows: Vec<Value> = rows.collect();
+        let report = json!({ "file": file_as_json(&self.out), "pictures": rows });
+        let columns = if ggx.is_some() {
+            &COLUMNS[..]
+        } else {
+            &COLUMNS[..3]
+        };
+        let table = Table::of_records(columns, &rows)?;
+        emit(self.json, &report, || table.to_markdown())
+    }
 }
 
 /// Fits Lambert and GGX to the readings of a file.

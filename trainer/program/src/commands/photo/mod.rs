@@ -109,15 +109,7 @@ impl Photo {
             ),
         }
         if let Some(material) = &self.compare {
-            let measurements = self.measurements.as_deref();
-            return compare::compare(
-                &photographs,
-                material,
-                measurements,
-                &self.out,
-                self.force,
-                self.json,
-            );
+            return self.compare(&photographs, material);
         }
         let mut uses: Vec<_> = photographs.iter().map(Photograph::uses).collect();
         let readings = choose(&photographs, &mut uses);

@@ -55,7 +55,7 @@ const OTHERS: [&str; 6] = [
     "virtual-scanner",
 ];
 
-const CASES: [Case; 19] = [
+const CASES: [Case; 22] = [
     Case {
         base: "evaluate --recipe l.recipe --test procedural:2:3",
         options: &[&[
@@ -137,6 +137,36 @@ const CASES: [Case; 19] = [
             "--white-reflectance 0.9",
             "--by quantity",
             "--ignore 550",
+        ]],
+    },
+    Case {
+        base: "photo set/a.png set/b.png --lights set/lights.csv",
+        options: &[&[
+            "--circle 20,23,15",
+            "--mask mask.png",
+            "--field-of-view 20",
+            "--dark set/a.png",
+            "--saturation 0.5",
+            "--white set/b.png",
+            "--albedo 0.3",
+            "--compare fitted/material.json",
+            "--out p.csv",
+            "--json",
+        ]],
+    },
+    Case {
+        base: "photo set/a.png --lights set/lights.csv --white set/b.png",
+        options: &[&[
+            "--white-shape tile",
+            "--white-reflectance 0.5",
+            "--dark set/a.png",
+        ]],
+    },
+    Case {
+        base: "photo set/a.png --chrome set/a.png --chrome-circle 23,23,20 --albedo 0.3",
+        options: &[&[
+            "--field-of-view 20",
+            "--compare fitted/material.json --out p.png --measurements set/a.csv",
         ]],
     },
     Case {
@@ -267,6 +297,13 @@ fn write_inputs(folder: &Folder) {
     );
     folder.write("lights.csv", "picture,x,y,z\na.png,0,0,1\n");
     folder.succeed("fit n.recipe --measurements n.csv --out fitted");
+    folder.write(
+        "lamps.csv",
+        "picture,x,y,z\na.png,0.2,0,1\nb.png,-0.5,0.5,1\n",
+    );
+    folder.succeed("render sphere procedural:1:3 --lights lamps.csv --size 48 --out set");
+    folder.succeed("photo set/a.png --lights set/lights.csv --out set/a.csv");
+    folder.succeed("render sphere procedural:1:4 --out mask.png --size 48");
 }
 
 /// Paths and contents of files.
