@@ -31,6 +31,8 @@ def scan(path: Path) -> float:
     directions: npt.NDArray[np.float64] = glimpse.directions()
     rows = glimpse.compare(material, [fitted, "procedural:2"])
     print(rows[0]["name"], plot.lobes([material, fitted], 30.0), plot.plan(plan))
+    readings_of_ball = glimpse.photo(np.ones((1, 99, 99, 3)), [[0, 0, 1]], albedo=0.5, circle=(49, 49, 40))
+    print(readings_of_ball["directions"].shape, readings_of_ball["circle"][2])
     loss: float = glimpse.loss(gray(directions[:, 0], directions[:, 1]), fitted)
     expected = fitted.report["expected_loss"]
     return loss + evaluation["loss"] + evaluation["materials"][0]["delta_e"] + (expected["loss"] if expected else 0.0)

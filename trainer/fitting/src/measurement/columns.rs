@@ -45,7 +45,7 @@ pub enum Role {
     Instrument,
     /// The full angle of a cone of light or sensor.
     Spread,
-    /// Where the reading was taken, such as a pixel, which reports name.
+    /// The place of the reading, such as a pixel, by its name in reports.
     Place,
     /// A coordinate of a color that is neither linear RGB nor CIELAB, which are not supported.
     Unsupported,

@@ -43,7 +43,7 @@ pub struct SampleReading {
     pub aperture: Option<Arc<Aperture>>,
     /// The instrument.
     pub optics: Optics,
-    /// Where the last of its rows was taken.
+    /// The place of the last of its rows.
     pub place: Option<String>,
     /// The BRDFs of its rows, linear RGB, sr^-1, or their means over the aperture; empty if the sample is missing.
     pub brdf: Repeated,

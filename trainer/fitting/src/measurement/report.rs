@@ -121,7 +121,7 @@ pub struct OutlierSummary {
     pub sample: usize,
     /// Its instrument; None for a goniometer.
     pub instrument: Option<Instrument>,
-    /// Where it was taken, by the column place.
+    /// Its place, by the column of this name.
     pub place: Option<String>,
     /// The likely cause.
     pub kind: OutlierKind,

@@ -39,7 +39,7 @@ pub struct LabReading {
     pub noise: Option<f32>,
     /// The exposure in s; None if it is not stated.
     pub exposure: Option<f32>,
-    /// Where the reading was taken, such as a pixel of a photograph.
+    /// The place of the reading, such as a pixel of a photograph.
     pub place: Option<String>,
 }
 

@@ -25,7 +25,7 @@ pub struct Ball {
     pub camera: Option<Camera>,
 }
 
-/// What a pixel shows: unit vectors, with x right, y up and z toward the camera.
+/// A pixel of a ball: unit vectors, with x right, y up and z toward the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PixelView {
     /// The normal of the surface.

@@ -28,7 +28,7 @@ const MAX_SPREADS: f64 = 6.0;
 /// The largest noise: where the light changes more from pixel to pixel, a reading says nothing.
 const MAX_NOISE: f64 = 0.5;
 
-/// What is done with a pixel.
+/// The use of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PixelUse {
     /// It is a part of a reading.

@@ -39,7 +39,7 @@ fn brightest(pictures: &[LinearPicture]) -> Option<LinearPicture> {
             continue;
         }
         for (own, pixel) in brightest.pixels.iter_mut().zip(&picture.pixels) {
-            // A highlight is no brighter than the surface.
+            // Highlights count as surface.
             let light = ((light(pixel) - dark) / light_of_surface).clamp(0.0, 1.0);
             *own = own.map(|own| own.max(light.powf(GAMMA)));
         }
@@ -154,7 +154,7 @@ impl Ball {
             arc = rim.len();
             circle = through(&rim);
         }
-        // Where the limb is bright, its blur makes the compressed one too large.
+        // The blur of a bright limb makes the compressed one too large.
         let mut linear = picture;
         let light = linear.pixels.as_flattened_mut().iter_mut();
         light.for_each(|light| *light = light.powf(1.0 / GAMMA));

@@ -40,6 +40,7 @@ __all__ = [
     "load_material",
     "load_materials",
     "loss",
+    "photo",
     "table_directions",
     "train",
 ]
@@ -56,6 +57,7 @@ class _Sample(TypedDict):
 @type_check_only
 class _Outlier(_Sample):
     kind: Literal["single", "neighbors", "obstructed", "no-light", "clipped"]
+    place: Optional[str]
     z: float
     threshold: float
     reading: list[float]
@@ -344,6 +346,23 @@ class _Comparison(TypedDict):
     psnr: float
     delta_e: float
 
+@type_check_only
+class _PhotoReadings(TypedDict):
+    directions: _Float64Array
+    brdf: _Float64Array
+    noise: _Float64Array
+    pixels: npt.NDArray[np.int64]
+    circle: tuple[float, float, float]
+
+def photo(
+    pictures: npt.ArrayLike,
+    lights: npt.ArrayLike,
+    *,
+    intensities: Optional[npt.ArrayLike] = None,
+    albedo: Optional[float] = None,
+    circle: Optional[Sequence[float]] = None,
+    field_of_view: Optional[float] = None,
+) -> _PhotoReadings: ...
 def compare(reference: Material, materials: _Materials) -> list[_Comparison]: ...
 def evaluate(
     recipe: Recipe,

@@ -38,7 +38,8 @@ use crate::output::{create_out_folder, refuse_input, write_files};
 ///   spread_i and spread_o, the full angles of the cones of light and sensor (degrees);
 /// - optional: saturated (0 or 1); quantity (a value of --quantity, or counts); sample or material (see
 ///   --by); valid (0 or 1) or flag (ok or bad); scatter (BRDF or BTDF); exposure (ms or s) of counts;
-///   and at any directions noise, the standard deviation relative to the reading (see --noise).
+///   place (such as a pixel), which reports name; and at any directions noise, the standard deviation
+///   relative to the reading (see --noise).
 ///
 /// A row may have the reading of one band, with the columns wavelength (or channel) and value. A
 /// column of another name must be constant, or listed by --ignore. Rows come in any order. Repeated
