@@ -37,32 +37,34 @@ const COLUMNS: [(&str, &str, usize); 11] = [
 /// Turn photographs of a ball into readings, for `trainer fit`.
 ///
 /// Each pixel of a ball has its own normal, so a photograph under one distant lamp has thousands of
-/// readings of a material that is the same everywhere and has no grain. The photographs are of one
-/// camera and one ball that do not move, in a dark room, with a lamp at another place in each. Three
-/// are far better than one: with the lamp near the camera, and at 45 and 90 degrees from it.
+/// readings of a material that is the same everywhere. The photographs are of one ball by one camera,
+/// which do not move, in a dark room, with a lamp at another place in each. Three are far better than
+/// one: with the lamp near the camera, and 45 and 90 degrees aside.
 ///
 /// PICTURES are PNG or TIFF of 16 bits, TIFF of floats, or OpenEXR, and linear: a pixel is
-/// proportional to the light. Cameras' JPEG are not. From a raw file, with the same exposure and
-/// white balance for all:
+/// proportional to the light, which a camera's JPEG is not. Convert raw files, all with the white
+/// balance that was fixed in the camera:
 ///
-///   dcraw -v -4 -T -r 1 1 1 1 FILE.NEF
-///   rawpy: postprocess(gamma=(1, 1), no_auto_bright=True, output_bps=16, user_wb=[1, 1, 1, 1])
-///   darktable: export 16-bit TIFF with the profile linear Rec709 RGB, without filmic and base curve
+///   dcraw -w -4 -T FILE.NEF
+///   rawpy: postprocess(gamma=(1, 1), no_auto_bright=True, output_bps=16, use_camera_wb=True)
+///   darktable: TIFF of 16 bits, profile linear Rec709 RGB, without filmic and base curve
 ///
-/// LIGHTS.csv has the columns picture, x, y, z, and r, g, b if known: the direction toward the lamp (x
-/// right, y up, z toward the camera), and its intensity, so that a pixel, as a share of full scale,
-/// divided by it is the BRDF times cos(theta_i). Without r, g, b the scale comes from --white or --albedo.
+/// LIGHTS.csv has the columns picture, x, y, z, and r, g, b if known: the direction toward the lamp
+/// (x right, y up, z toward the camera), and its intensity. A pixel, as a share of full scale,
+/// divided by the intensity is the BRDF times cos(theta_i). Without r, g, b the scale comes from
+/// --white or --albedo.
 ///
-/// OUTPUT. At most 300 readings, each the mean of neighboring pixels with its noise; the column place says
-/// where, so `trainer fit` names the place of dust or a reflection of the room. A PNG file of the same name shows what was understood: in the left
-/// tile the outline (green), and a cross where the highlight of a glossy ball should be; in the right one
-/// used pixels (gray, or green if a reading names it), saturated (red), shadowed (blue), grazing ones and the
-/// rim (orange), and masked ones (violet). Look at it before you fit.
+/// OUTPUT. At most 300 readings, each a mean of neighboring pixels, with noise and a place, which
+/// `trainer fit` names if the reading is an outlier. A PNG file of the same name shows what was
+/// understood. Look at it before you fit. On the left, the outline is green, and a cross is where a
+/// glossy ball has its highlight. On the right, used pixels are gray, or green if they are the place
+/// of a reading, saturated ones red, shadowed ones blue, grazing ones and the rim orange, outliers
+/// (dust, reflections of the room) pink, and masked ones violet.
 ///
-/// Example: trainer render sphere gold.binary --lights lights.csv --out set      # no camera at hand
+/// Example: trainer render sphere gold.binary --lights lights.csv --out set      # without a camera
 ///          trainer photo set/*.png --lights set/lights.csv --out gold.csv
 ///          trainer fit --measurements gold.csv --out fit
-///          trainer photo set/*.png --lights set/lights.csv --compare fit/gold/material.json \
+///          trainer photo set/*.png --lights set/lights.csv --compare fit/material.json \
 ///            --measurements gold.csv --out comparison.png
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
