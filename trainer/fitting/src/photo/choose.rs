@@ -18,7 +18,7 @@ const MIN_COSINE: f64 = 0.12;
 const RIM: f64 = 1.5;
 /// The relative standard deviation of the errors that neighbors share: of the light's intensity, the surface, and light
 /// from the room.
-const SHARED_NOISE: f64 = 0.05;
+const SHARED_NOISE: f64 = 0.08;
 /// The typical error of normals and the light, in radians: a light that is measured by hand, and half a pixel of the circle.
 const DIRECTION_ERROR: f64 = 0.026;
 
