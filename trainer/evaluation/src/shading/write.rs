@@ -8,6 +8,9 @@ use super::model::{Shading, ShadingModel};
 use super::sphere_mesh::sphere_strip;
 use crate::metrics::Metrics;
 
+/// A sphere without vertices and material.
+const TEMPLATE: &str = include_str!("sphere.gltf");
+
 impl Shading {
     /// Writes the file of a material. glTF and MaterialX files state `metrics`, the errors against the material; Mitsuba's
     /// dictionary has no place for them.
@@ -67,40 +70,20 @@ impl Shading {
         let numbers = vertices.as_flattened().iter();
         let bytes: Vec<u8> = numbers.flat_map(|number| number.to_le_bytes()).collect();
         let data = BASE64_STANDARD.encode(&bytes);
-        json!({
-            "asset": { "version": "2.0", "generator": generator() },
-            "extensionsUsed": ["KHR_materials_clearcoat", "KHR_materials_specular"],
-            "scene": 0,
-            "scenes": [{ "nodes": [0] }],
-            "nodes": [{ "mesh": 0, "name": material }],
-            "meshes": [{ "primitives": [{
-                "attributes": { "POSITION": 0, "NORMAL": 0 },
-                "material": 0,
-                "mode": 5,
-            }] }],
-            "materials": [{
-                "name": material,
-                "pbrMetallicRoughness": base,
-                "extensions": {
-                    "KHR_materials_clearcoat": clearcoat,
-                    "KHR_materials_specular": specular,
-                },
-                "extras": { "loss": metrics.loss, "delta_e": metrics.delta_e },
-            }],
-            "accessors": [{
-                "bufferView": 0,
-                "componentType": 5126,
-                "count": vertices.len(),
-                "type": "VEC3",
-                "min": [-1.0, -1.0, -1.0],
-                "max": [1.0, 1.0, 1.0],
-            }],
-            "bufferViews": [{ "buffer": 0, "byteLength": bytes.len(), "target": 34962 }],
-            "buffers": [{
-                "byteLength": bytes.len(),
-                "uri": format!("data:application/octet-stream;base64,{data}"),
-            }],
-        })
+        let mut asset = serde_json::from_str::<Value>(TEMPLATE).expect("the template is JSON");
+        asset["asset"]["generator"] = generator().into();
+        asset["nodes"][0]["name"] = material.into();
+        let surface = &mut asset["materials"][0];
+        surface["name"] = material.into();
+        surface["pbrMetallicRoughness"] = base.into();
+        surface["extensions"]["KHR_materials_clearcoat"] = clearcoat.into();
+        surface["extensions"]["KHR_materials_specular"] = specular.into();
+        surface["extras"] = json!({ "loss": metrics.loss, "delta_e": metrics.delta_e });
+        asset["accessors"][0]["count"] = vertices.len().into();
+        asset["bufferViews"][0]["byteLength"] = bytes.len().into();
+        asset["buffers"][0]["byteLength"] = bytes.len().into();
+        asset["buffers"][0]["uri"] = format!("data:application/octet-stream;base64,{data}").into();
+        asset
     }
 
     fn materialx(&self, material: &str, metrics: &Metrics) -> String {
@@ -110,20 +93,13 @@ impl Shading {
             let value = list.join(", ");
             format!("    <input name=\"{name}\" type=\"{kind}\" value=\"{value}\" />\n")
         });
-        let inputs: String = inputs.collect();
-        let name = identifier(material);
-        let Metrics { loss, delta_e, .. } = metrics;
         format!(
-            "<?xml version=\"1.0\"?>\n\
-             <materialx version=\"1.39\" colorspace=\"lin_rec709\">\n  \
-             <open_pbr_surface name=\"SR_{name}\" type=\"surfaceshader\" \
-             doc=\"by {}; loss {loss:.4}, mean CIEDE2000 {delta_e:.2}\">\n\
-             {inputs}  </open_pbr_surface>\n  \
-             <surfacematerial name=\"{name}\" type=\"material\">\n    \
-             <input name=\"surfaceshader\" type=\"surfaceshader\" nodename=\"SR_{name}\" />\n  \
-             </surfacematerial>\n\
-             </materialx>\n",
-            generator()
+            include_str!("open_pbr.mtlx"),
+            name = identifier(material),
+            generator = generator(),
+            loss = metrics.loss,
+            delta_e = metrics.delta_e,
+            inputs = inputs.collect::<String>(),
         )
     }
 }

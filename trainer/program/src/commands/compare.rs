@@ -8,13 +8,13 @@ use glimpse_evaluation::metrics::{Metrics, color_differences};
 use glimpse_evaluation::render::Picture;
 use glimpse_materials::{Material, Source};
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::lock::Lock;
 use super::{emit, load, load_single};
 use crate::output::{file_as_json, write_file};
 use crate::report::{
-    Column, GalleryRow, Lobe, MAX_LOBES, Page, Table, Tile, lobe_svg, metric_columns,
+    Column, GalleryRow, Lobe, MAX_LOBES, Page, Table, Tile, lobe_svg, metric_columns, metric_row,
 };
 
 /// Compare materials with a reference.
@@ -117,12 +117,8 @@ impl Compare {
 }
 
 fn table(reference: &str, compared: &[Compared]) -> Table {
-    let row = |compared: &Compared| {
-        let label = [compared.label[..].into()].into_iter();
-        label
-            .chain(compared.metrics.values().map(Value::from))
-            .collect()
-    };
+    let row =
+        |compared: &Compared| metric_row(&[compared.label[..].into()], &compared.metrics, &[]);
     let columns = [&[Column::text("Material")][..], &metric_columns()].concat();
     let rows = compared.iter().map(row);
     Table::new(format!("Errors against {reference}"), columns, rows)

@@ -1,7 +1,7 @@
 //! Reports of evaluations as text and as JSON, with standard errors and warnings about training materials.
 
 use glimpse_evaluation::evaluation::{Estimate, EvaluationReport, TargetReport, TrainingOverlap};
-use glimpse_evaluation::metrics::{METRICS, Metrics};
+use glimpse_evaluation::metrics::METRICS;
 use glimpse_fitting::measurement::LossScale;
 use glimpse_fitting::recipe::expected_loss::ValidatedLoss;
 use serde::Serialize;
@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use super::expected_loss::{standard_error, with_scale};
 use super::training_overlap::warnings;
-use crate::report::{Column, Table, metric_columns};
+use crate::report::{Column, Table, metric_columns, metric_row};
 
 /// The evaluation of a recipe.
 #[derive(Serialize)]
@@ -72,12 +72,6 @@ impl RecipeReport {
         columns.extend(METRICS.map(|metric| Column::plain(metric.title, metric.decimals)));
         columns.extend(["predicted loss", "at most"].map(|title| Column::plain(title, 4)));
         columns.push(Column::text(""));
-        let row = |name: &str, metrics: &Metrics, others: [Value; 3]| {
-            let mut row = vec![Value::from(name)];
-            row.extend(metrics.values().map(Value::from));
-            row.extend(others);
-            row
-        };
         let rows = report.materials.iter().map(|material| {
             let mark = match material.overlap {
                 Some(TrainingOverlap::SameBrdf) => Some("training material"),
@@ -86,15 +80,12 @@ impl RecipeReport {
                 _ => None,
             };
             let [loss, bound] = [material.predicted_loss, material.loss_bound].map(Value::from);
-            row(
-                &material.name,
-                &material.metrics,
-                [loss, bound, mark.into()],
-            )
+            let name = [material.name[..].into()];
+            metric_row(&name, &material.metrics, &[loss, bound, mark.into()])
         });
         let predicted = report.prediction.as_ref().map(|prediction| prediction.loss);
-        let others = [predicted.into(), Value::Null, Value::Null];
-        let rows = rows.chain([row("mean", &report.metrics, others)]);
+        let mean = metric_row(&["mean".into()], &report.metrics, &[predicted.into()]);
+        let rows = rows.chain([mean]);
         let mut text = format!(
             "{} {} n = {}\n{}",
             report.method,
@@ -204,19 +195,18 @@ impl<'a> Comparison<'a> {
             .zip(differences)
             .map(|(recipe, difference)| {
                 let report = &recipe.report;
-                let mut row = vec![
-                    recipe.recipe[..].into(),
-                    report.model[..].into(),
-                    report.samples.into(),
-                ];
-                row.extend(report.metrics.values().map(Value::from));
-                row.push(report.loss_standard_error.into());
+                let [name, model] = [&recipe.recipe, &report.model].map(|text| text[..].into());
+                let mut errors = vec![report.loss_standard_error.into()];
                 if let Some(difference) = difference {
-                    row.push(difference.loss.into());
-                    row.push(difference.standard_error.into());
-                    row.push(difference.less_loss_on.into());
+                    errors.push(difference.loss.into());
+                    errors.push(difference.standard_error.into());
+                    errors.push(difference.less_loss_on.into());
                 }
-                row
+                metric_row(
+                    &[name, model, report.samples.into()],
+                    &report.metrics,
+                    &errors,
+                )
             });
         let mut text = format!(
             "{}\nDifferences are paired by material; their standard error is over the {count} \

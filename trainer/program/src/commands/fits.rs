@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use serde_json::Value;
 
 use crate::progress::StepProgress;
-use crate::report::{Column, GalleryRow, Page, Table, metric_columns};
+use crate::report::{Column, GalleryRow, Page, Table, metric_columns, metric_row};
 
 /// A method with its name and the costs of a scan.
 pub(super) struct NamedMethod<'a> {
@@ -69,16 +69,15 @@ pub(super) fn add_fits(
 
     let rows = methods.iter().enumerate().map(|(index, named)| {
         let mean = Metrics::mean(fits.iter().map(|fits| fits[index].1)).unwrap_or_default();
-        let mut row = vec![named.name[..].into()];
-        row.extend(mean.values().map(Value::from));
-        row.push(named.seconds.into());
-        row.push(named.cycles.map(|cycles| cycles as f64).into());
-        row
+        let cycles = named.cycles.map(|cycles| cycles as f64);
+        let costs = [named.seconds, cycles].map(Value::from);
+        metric_row(&[named.name[..].into()], &mean, &costs)
     });
-    let mut columns = vec![Column::text("Method")];
-    columns.extend(metric_columns());
-    columns.push(Column::plain("Scan (s)", 1));
-    columns.push(Column::plain("Fit (cycles)", 0));
+    let costs = [
+        Column::plain("Scan (s)", 1),
+        Column::plain("Fit (cycles)", 0),
+    ];
+    let columns = [&[Column::text("Method")][..], &metric_columns(), &costs].concat();
     let table = Table::new(caption, columns, rows);
 
     let rows = fits.into_iter().enumerate().map(|(index, fits)| {

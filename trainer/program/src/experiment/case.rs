@@ -8,6 +8,7 @@ use glimpse_evaluation::evaluation::names;
 use glimpse_fitting::choice::Choice;
 use glimpse_fitting::measurement::ReadingSet;
 use glimpse_fitting::recipe::options::{Schedule, TrainingOptions};
+use serde::Deserialize;
 
 /// The paper's number of samples n.
 pub(super) const SAMPLES: usize = 8;
@@ -17,7 +18,8 @@ pub(super) const MOTION_SPEED: f64 = 10.0;
 pub(super) const REFINEMENT_STEPS: usize = 10_000;
 
 /// A method that the experiments compare.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub(super) enum Approach {
     /// No measurement: f = 0.
     Black,

@@ -27,7 +27,7 @@ const ALL: &str = "all";
 /// Returns the names of all experiments for the command line, with help.
 pub(crate) fn names() -> Vec<PossibleValue> {
     let names = EXPERIMENTS.iter();
-    let names = names.map(|one| PossibleValue::new(one.name).help(one.title));
+    let names = names.map(|one| PossibleValue::new(one.name).help(&*one.presentation().title));
     let all = PossibleValue::new(ALL);
     let all = all.help("All experiments; `additional` only with --additional");
     names.chain([all]).collect()
@@ -37,7 +37,7 @@ pub(crate) fn names() -> Vec<PossibleValue> {
 pub(crate) fn named(name: &str, has_additional: bool) -> Vec<&'static Experiment> {
     let is_selected = |experiment: &&Experiment| {
         experiment.name == name
-            || name == ALL && (has_additional || experiment.sets != Sets::Additional)
+            || name == ALL && (has_additional || experiment.presentation().sets != Sets::Additional)
     };
     EXPERIMENTS.iter().filter(is_selected).collect()
 }

@@ -5,6 +5,7 @@ use glimpse_core::model::ModelKind;
 use glimpse_evaluation::evaluation::{EvaluationReport, names};
 use glimpse_evaluation::metrics::METRICS;
 use glimpse_fitting::route::{Order, Route, TimedMachine, stops};
+use serde::de::{Deserialize, Deserializer, Error};
 use serde_json::Value;
 
 use super::case::{Approach, Case, Variation};
@@ -30,7 +31,8 @@ pub(super) struct Record {
 }
 
 /// A column of the long table, or a number that is computed from its rows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub(super) enum Key {
     /// The origin of the values: the paper, or this run.
     Source,
@@ -43,10 +45,10 @@ pub(super) enum Key {
     Variation,
     Material,
     Position,
-    /// An index in [`METRICS`].
-    Metric(usize),
+    /// An index in [`METRICS`], for which the views state the title.
+    Metric(#[serde(deserialize_with = "metric_index")] usize),
     /// A number of samples, as a multiple of another, at which a metric is equal.
-    Times(usize),
+    Times(#[serde(deserialize_with = "metric_index")] usize),
     /// Standard error of the mean loss over the materials.
     StandardError,
     /// Mean of the loss over the records of a row.
@@ -64,8 +66,6 @@ pub(super) enum Key {
 }
 
 pub(super) const LOSS: Key = Key::Metric(0);
-pub(super) const DSSIM: Key = Key::Metric(1);
-pub(super) const DELTA_E: Key = Key::Metric(4);
 
 /// The columns of the long table's file.
 const ALL: [Key; 18] = [
@@ -77,10 +77,10 @@ const ALL: [Key; 18] = [
     Key::Variation,
     Key::Material,
     LOSS,
-    DSSIM,
+    Key::Metric(1),
     Key::Metric(2),
     Key::Metric(3),
-    DELTA_E,
+    Key::Metric(4),
     Key::StandardError,
     Key::Increase,
     Key::Seconds,
@@ -88,6 +88,13 @@ const ALL: [Key; 18] = [
     Key::BoundHolds,
     Key::Coverage,
 ];
+
+/// Reads the title of a metric.
+fn metric_index<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> {
+    let title = String::deserialize(deserializer)?;
+    let index = METRICS.iter().position(|metric| metric.title == title);
+    index.ok_or_else(|| D::Error::custom(format!("no metric has the title {title}")))
+}
 
 impl Key {
     /// Returns the column with the number format of a table.

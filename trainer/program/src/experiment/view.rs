@@ -3,8 +3,11 @@
 use std::path::Path;
 use std::ptr;
 
+use glimpse_core::model::ModelKind;
+use serde::Deserialize;
 use serde_json::Value;
 
+use super::case::{Approach, Case};
 use super::glossiness::by_glossiness;
 use super::record::{Key, LOSS, Record};
 use super::store::Store;
@@ -13,37 +16,93 @@ use crate::report::{
     write_file,
 };
 
-/// A view of the records for which `of` is true.
+/// A view of some records.
+#[derive(Deserialize)]
 pub(super) struct View {
     /// Name of the files; with `by_model`, the model's name follows. The files of plots begin with the name of the metric, so it
     /// is empty for them.
-    pub(super) name: &'static str,
-    pub(super) caption: &'static str,
-    pub(super) of: fn(&Record) -> bool,
+    #[serde(default)]
+    name: String,
+    caption: String,
+    #[serde(default)]
+    of: Filter,
     /// True if each model has a view of its own.
-    pub(super) by_model: bool,
-    pub(super) form: Form,
+    #[serde(default)]
+    by_model: bool,
+    #[serde(flatten)]
+    form: Form,
 }
 
 /// The form of a view.
-pub(super) enum Form {
+#[derive(Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Form {
     /// A table: the labels of a row, the other columns, and the numbers that are compared.
-    Table(&'static [Key], &'static [Columns], Option<Compare>),
-    /// A plot of each of the second keys over the first one, with a line for each label of the last ones.
-    Plots(Key, &'static [Key], &'static [Key]),
+    Table {
+        rows: Vec<Key>,
+        columns: Vec<Columns>,
+        compare: Option<Compare>,
+    },
+    /// A plot of each of the values over x, with a line for each label.
+    Plots {
+        x: Key,
+        values: Vec<Key>,
+        by: Vec<Key>,
+    },
     /// Spheres of a number of materials of the test set from diffuse to glossy, or of the glossiest one: the labels of a row,
     /// and that of a picture.
-    Spheres(usize, &'static [Key], Key),
+    Spheres {
+        count: usize,
+        rows: Vec<Key>,
+        tile: Key,
+    },
     /// Drawings of the pattern of each record.
     Patterns,
 }
 
 /// Columns of a table after the labels.
-pub(super) enum Columns {
+#[derive(Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Columns {
     /// Values for each label of some keys, of this run and then of the paper.
-    By(&'static [Key], &'static [Key]),
+    By(Vec<Key>, Vec<Key>),
     /// A title, the records with the value, the value, and its decimals.
-    Named(&'static str, fn(&Record) -> bool, Key, usize),
+    Named {
+        title: String,
+        of: Filter,
+        value: Key,
+        decimals: usize,
+    },
+}
+
+/// A choice of records.
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Filter {
+    /// True without the paper's values.
+    measured: bool,
+    /// The methods; empty for all.
+    approaches: Vec<Approach>,
+    /// The model; None for all.
+    model: Option<ModelKind>,
+    /// The smallest and the largest n; None for all.
+    samples: Option<[usize; 2]>,
+}
+
+impl Filter {
+    fn contains(&self, record: &Record) -> bool {
+        let Case {
+            approach, model, ..
+        } = record.case;
+        let is_within = |[least, most]: [usize; 2]| {
+            let samples = record.samples();
+            samples.is_some_and(|samples| (least..=most).contains(&samples))
+        };
+        !(self.measured && record.published)
+            && (self.approaches.is_empty() || self.approaches.contains(&approach))
+            && self.model.is_none_or(|only| only == model)
+            && self.samples.is_none_or(is_within)
+    }
 }
 
 /// The presentation of an experiment's results: a page, and files in its folder.
@@ -67,30 +126,6 @@ impl Output<'_> {
 }
 
 impl View {
-    /// Creates a view of all records.
-    pub(super) const fn new(name: &'static str, caption: &'static str, form: Form) -> Self {
-        Self {
-            name,
-            caption,
-            of: |_| true,
-            by_model: false,
-            form,
-        }
-    }
-
-    /// Restricts the view to some records.
-    pub(super) const fn of(self, of: fn(&Record) -> bool) -> Self {
-        Self { of, ..self }
-    }
-
-    /// Shows each model in a view of its own.
-    pub(super) const fn by_model(self) -> Self {
-        Self {
-            by_model: true,
-            ..self
-        }
-    }
-
     /// Shows records. `suffix` is appended to names of files, and `settings` to captions.
     pub(super) fn show(
         &self,
@@ -99,17 +134,22 @@ impl View {
         [suffix, settings]: [&str; 2],
         output: &mut Output<'_>,
     ) -> anyhow::Result<()> {
-        let shown: Vec<&Record> = records.iter().filter(|record| (self.of)(record)).collect();
+        let shown = records.iter().filter(|record| self.of.contains(record));
+        let shown: Vec<&Record> = shown.collect();
         let keys: &[Key] = if self.by_model { &[Key::Model] } else { &[] };
         for (model, records) in groups(&shown, keys) {
-            let title = joined(&model, self.caption);
+            let title = joined(&model, &self.caption);
             let caption = format!("{title}. {settings}");
             let slug = model
                 .iter()
                 .map(|label| format!("-{}", text(label).to_lowercase()));
-            let name = self.name.to_owned() + &slug.collect::<String>() + suffix;
+            let name = self.name.clone() + &slug.collect::<String>() + suffix;
             match &self.form {
-                Form::Table(rows, columns, compare) => {
+                Form::Table {
+                    rows,
+                    columns,
+                    compare,
+                } => {
                     let table = Table {
                         caption,
                         ..table(&records, rows, columns, *compare)
@@ -118,14 +158,14 @@ impl View {
                     output.write(&format!("{name}.csv"), &table.to_csv())?;
                     output.tables.push((name, table));
                 }
-                Form::Plots(x, values, by) => {
-                    for y in *values {
+                Form::Plots { x, values, by } => {
+                    for y in values {
                         let plot = plot(&records, *x, *y, by, &title);
                         let metric = y.column().title.to_lowercase().replace(' ', "-");
                         output.drawing(&format!("{metric}{name}"), &plot.to_svg(), &caption)?;
                     }
                 }
-                Form::Spheres(count, rows, tile) => {
+                Form::Spheres { count, rows, tile } => {
                     let rows = spheres(store, &records, *count, rows, *tile)?;
                     output.page.gallery(&caption, &rows);
                 }
@@ -205,19 +245,24 @@ impl Columns {
     /// Returns the columns with the records that each shows.
     fn shown<'r>(&self, records: &[&'r Record]) -> Vec<Shown<'r>> {
         let mut records = records.to_vec();
-        let (keys, values) = match *self {
+        let (keys, values) = match self {
             Self::By(keys, values) => (keys, values),
-            Self::Named(title, of, value, decimals) => {
-                records.retain(|record| of(record));
+            Self::Named {
+                title,
+                of,
+                value,
+                decimals,
+            } => {
+                records.retain(|record| of.contains(record));
                 let column = Column {
-                    title: title.to_owned(),
-                    decimals,
+                    title: title.clone(),
+                    decimals: *decimals,
                     ..value.column()
                 };
-                return vec![(column, records, value)];
+                return vec![(column, records, *value)];
             }
         };
-        let groups = groups(&records, &[&[Key::Source], keys].concat());
+        let groups = groups(&records, &[&[Key::Source], &keys[..]].concat());
         let all = values
             .iter()
             .flat_map(|value| groups.iter().map(move |group| (*value, group)));
@@ -311,7 +356,7 @@ fn spheres(
 mod tests {
     use glimpse_materials::MODELS;
 
-    use super::super::case::{Approach, Case, Variation};
+    use super::super::case::Variation;
     use super::*;
 
     #[test]
@@ -326,9 +371,17 @@ mod tests {
         };
         let records = [published, record(1, 0.25), record(2, 0.75)];
         let columns = [
-            Columns::By(&[Key::Variation], &[LOSS]),
-            Columns::By(&[], &[Key::Spread]),
-            Columns::Named("none", |_| false, LOSS, 4),
+            Columns::By(vec![Key::Variation], vec![LOSS]),
+            Columns::By(vec![], vec![Key::Spread]),
+            Columns::Named {
+                title: "none".to_owned(),
+                of: Filter {
+                    approaches: vec![Approach::Black],
+                    ..Filter::default()
+                },
+                value: LOSS,
+                decimals: 4,
+            },
         ];
         let records: Vec<&Record> = records.iter().collect();
         let table = table(&records, &[Key::Model], &columns, None);

@@ -15,4 +15,4 @@ pub(crate) use lobe::{Lobe, MAX_LOBES, ReadingMark, lobe_directions, lobe_svg};
 pub(crate) use page::{Page, document, write_file};
 pub(crate) use pattern::pattern_svg;
 pub(crate) use plot::{Plot, Scale, Series};
-pub(crate) use table::{Column, Compare, Highlight, Table, metric_columns, text};
+pub(crate) use table::{Column, Compare, Highlight, Table, metric_columns, metric_row, text};

@@ -1,7 +1,7 @@
 //! A table of text and numbers, with the best numbers highlighted.
 
-use glimpse_evaluation::metrics::{METRICS, MetricColumn};
-use serde::Serialize;
+use glimpse_evaluation::metrics::{METRICS, MetricColumn, Metrics};
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 /// The number of a column to highlight as the best.
@@ -27,7 +27,8 @@ pub(crate) struct Column {
 }
 
 /// The numbers that are compared to select the best one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum Compare {
     /// The numbers of one column.
     WithinColumn,
@@ -97,6 +98,11 @@ pub(crate) fn text(cell: &Value) -> String {
 /// Returns the columns of [`Metrics::values`].
 pub(crate) fn metric_columns() -> [Column; METRICS.len()] {
     METRICS.each_ref().map(Column::metric)
+}
+
+/// Returns a row of metrics, between other entries.
+pub(crate) fn metric_row(before: &[Value], metrics: &Metrics, after: &[Value]) -> Vec<Value> {
+    [before, &metrics.values().map(Value::from), after].concat()
 }
 
 impl Table {
