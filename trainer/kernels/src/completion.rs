@@ -27,8 +27,16 @@ impl Lists {
     }
 
     /// Returns an entry of a material.
-    fn entry(&mut self, material: usize, entry: usize) -> &mut f32 {
-        &mut self.octets[material / WIDTH * self.length + entry].0[material % WIDTH]
+    fn set(
+        &mut self,
+        material: usize,
+        entries: impl Iterator<Item = usize>,
+        values: impl IntoIterator<Item = f32>,
+    ) {
+        let octets = &mut self.octets[material / WIDTH * self.length..];
+        for (entry, value) in entries.zip(values) {
+            octets[entry].0[material % WIDTH] = value;
+        }
     }
 
     /// Returns entries of a material.
@@ -108,9 +116,9 @@ impl Batch {
     pub fn set_reading(&mut self, material: usize, sample: usize, reading: Option<[f32; 3]>) {
         let [red, green, blue] = reading.unwrap_or_default();
         let missing = if reading.is_some() { 0.0 } else { 1.0 };
-        for (index, value) in [red, green, blue, missing].into_iter().enumerate() {
-            *self.inputs.entry(material, INPUTS * sample + index) = value;
-        }
+        let entries = INPUTS * sample..INPUTS * (sample + 1);
+        self.inputs
+            .set(material, entries, [red, green, blue, missing]);
     }
 
     /// Returns the gradient with respect to a material's reading of a sample.
@@ -135,9 +143,9 @@ impl Batch {
 
     /// Replaces the coefficients of a material: those of red, then of green, then of blue.
     pub fn set_coefficients(&mut self, material: usize, coefficients: &[f32]) {
-        for (entry, value) in self.coefficient_entries().zip(coefficients) {
-            *self.state.entry(material, entry) = *value;
-        }
+        let entries = self.coefficient_entries();
+        self.state
+            .set(material, entries, coefficients.iter().copied());
     }
 
     /// Returns the gradient with respect to a material's coefficients.
@@ -148,9 +156,9 @@ impl Batch {
 
     /// Sets the gradient with respect to a material's coefficients.
     pub fn set_coefficient_gradient(&mut self, material: usize, by_coefficients: &[f32]) {
-        for (entry, value) in self.coefficient_entries().zip(by_coefficients) {
-            *self.by_state.entry(material, entry) = *value;
-        }
+        let entries = self.coefficient_entries();
+        self.by_state
+            .set(material, entries, by_coefficients.iter().copied());
     }
 
     /// Returns the start net's offsets of a material's initial parameters.
@@ -165,9 +173,8 @@ impl Batch {
         material: usize,
         by_offsets: impl IntoIterator<Item = f32>,
     ) {
-        for (entry, value) in (0..self.shape.parameters).zip(by_offsets) {
-            *self.by_offsets.entry(material, entry) = value;
-        }
+        let entries = 0..self.shape.parameters;
+        self.by_offsets.set(material, entries, by_offsets);
     }
 
     /// Loads the inputs of all samples, as [`Lists::load`] does.

@@ -25,29 +25,17 @@ impl ComponentTable {
         let length = HEADER_OCTETS + self.components;
         &self.octets[octet as usize * length..][..length]
     }
+}
 
+kernel! {
+    on InstructionSet::detect();
     /// Returns the weighted loss at some directions, and the loss of a black material, f = 0, at the same directions.
     ///
     /// `coefficients` are those of red, then green, then blue. `octets` are the indices of octets of directions.
     /// `values` are the material's BRDF at these, sr^-1 (not times the cosine); each has weight `weight`. The gradient
     /// of the first loss with respect to the coefficients is added to `gradient`.
     #[must_use]
-    pub fn loss(
-        &self,
-        coefficients: &[f32],
-        octets: &[u32],
-        values: &[OctetRgb],
-        weight: f32,
-        gradient: Option<&mut [f32]>,
-    ) -> [f32; 2] {
-        component_loss(self, coefficients, octets, values, weight, gradient)
-    }
-}
-
-kernel! {
-    on InstructionSet::detect();
-    /// Computes [`ComponentTable::loss`].
-    fn component_loss<'a, L: Lanes>(
+    pub fn component_loss<'a, L: Lanes>(
         table: &'a ComponentTable,
         coefficients: &'a [f32],
         octets: &'a [u32],

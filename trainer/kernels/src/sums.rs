@@ -120,18 +120,13 @@ kernel! {
         let mut loss = L::constant(0.0);
         for octet in (0..samples.octets()).step_by(L::OCTETS) {
             let sample = samples.read::<L>(octet);
-            loss = loss + sample_loss(&sample, M::brdf::<L>(theta, &sample.at));
+            let modeled = M::brdf::<L>(theta, &sample.at);
+            let cosine = sample.at.cos_theta_i();
+            let term = cosine_weighted_log_error(sample.measured, modeled, cosine, sample.weight);
+            loss = loss + term.error.value();
         }
         loss.total()
     }
-}
-
-/// Returns the loss of a sample, given its modeled BRDF.
-#[inline(always)]
-fn sample_loss<L: Lanes>(sample: &Sample<L>, modeled: [L; 3]) -> L {
-    let cosine = sample.at.cos_theta_i();
-    let term = cosine_weighted_log_error(sample.measured, modeled, cosine, sample.weight);
-    term.error.value()
 }
 
 /// Converts half and difference vectors to dual numbers with tangent 0.

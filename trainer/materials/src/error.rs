@@ -183,18 +183,6 @@ impl Defect {
     }
 }
 
-/// Returns the index along each axis of the value at a position of an array in C order.
-pub(super) fn index_of(mut position: usize, shape: &[usize]) -> Vec<usize> {
-    let axes = shape.iter().rev().map(|length| {
-        let index = position % length;
-        position /= length;
-        index
-    });
-    let mut index: Vec<usize> = axes.collect();
-    index.reverse();
-    index
-}
-
 /// Returns a defect from the function unless a condition holds.
 macro_rules! ensure {
     ($condition:expr, $($message:tt)+) => {

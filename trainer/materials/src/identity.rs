@@ -7,6 +7,7 @@ use glimpse_core::geometry::Angles;
 use serde::{Deserialize, Serialize};
 
 use crate::Material;
+use crate::lists::indices;
 
 /// The number of sampled values of each angle.
 const STEPS: usize = 4;
@@ -62,8 +63,7 @@ pub fn digest(material: &dyn Material) -> u32 {
 fn directions() -> impl Iterator<Item = Angles<f32>> {
     let middle = |step: usize| (step as f32 + 0.5) / STEPS as f32;
     (0..STEPS.pow(3)).map(move |index| {
-        let [h, d, p] =
-            [index / STEPS / STEPS, index / STEPS, index].map(|step| middle(step % STEPS));
+        let [h, d, p] = indices(index, [STEPS; 3]).map(middle);
         let theta_h = FRAC_PI_2 * h * h;
         Angles {
             theta_h,

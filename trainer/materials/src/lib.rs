@@ -3,12 +3,13 @@
 //! [`Source`] reads MERL tables, RGL measurements, NBRDF networks, PAB-Opto files, fitted materials and the built-in
 //! procedural set. Every material implements [`Material`]. [`Format`] lists the formats that can be written.
 //!
-//! The materials build on four modules: [`untrusted`] reads files, [`files`] writes them, [`setting`] names settings in
-//! errors, and [`basis`] converts coefficients of the model Linear to a BRDF. Two modules build on the materials:
-//! [`sampling`] draws directions, and [`loss`] is the paper's loss of a whole BRDF.
+//! The materials build on five modules: [`untrusted`] reads files, [`files`] writes them, [`setting`] names settings in
+//! errors, [`lists`] sums lists, and [`basis`] converts coefficients of the model Linear to a BRDF. Two modules build on
+//! the materials: [`sampling`] draws directions, and [`loss`] is the paper's loss of a whole BRDF.
 
 pub mod basis;
 pub mod files;
+pub mod lists;
 pub mod loss;
 pub mod sampling;
 pub mod setting;
@@ -32,7 +33,7 @@ mod sensor;
 mod source;
 mod spectrum;
 
-pub use basis::angles_of;
+pub use basis::{angles_of, half_differences};
 pub use brdf::{Brdf, BrdfWithDerivative, LUMINANCE, Tabulation, luminance};
 pub use coverage::Coverage;
 pub use error::{Defect, NotFinite, SourceError};

@@ -2,6 +2,7 @@
 //!
 //! `trainer/docs/results.md` defines the loss. Every evaluation uses the same [`directions`].
 
+use crate::half_differences;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
@@ -58,8 +59,7 @@ pub fn loss_between(brdf: &dyn Brdf, material: &dyn Material) -> f64 {
 /// Returns [`directions`] as half and difference vectors.
 #[must_use]
 pub fn loss_directions() -> Vec<HalfDifference<f32>> {
-    let angles = directions().into_iter();
-    angles.map(HalfDifference::from_angles).collect()
+    half_differences(directions())
 }
 
 /// The number of directions of the loss.

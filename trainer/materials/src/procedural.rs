@@ -14,7 +14,7 @@ mod reflectors;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::numeric::{Scalar, Trigonometry};
-use rand::{Rng, SeedableRng};
+use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -22,6 +22,7 @@ use std::fmt;
 use std::sync::LazyLock;
 
 use crate::rows::rows;
+use crate::sampling::random_stream;
 use crate::{Brdf, BrdfWithDerivative, Material};
 use glimpse_kernels::Dual;
 use reflectors::{Film, Lobe};
@@ -114,9 +115,7 @@ impl Procedural {
     /// Returns material `index` of a seed's set.
     #[must_use]
     pub fn new(index: usize, seed: u64) -> Self {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        random.set_stream(index as u64);
-        let random = &mut random;
+        let random = &mut random_stream(seed, index as u64);
         // A low-discrepancy sequence (golden ratio) selects the class, so that even small sets contain all classes.
         let mut remaining_share =
             (index as f64 * 0.618_033_988_749_895 + uniform(random, 0.0, 0.02)) % 1.0;

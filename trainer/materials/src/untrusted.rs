@@ -37,6 +37,12 @@ pub(crate) fn read_head(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
     Ok(head)
 }
 
+/// Returns true if the first bytes of a file are text with this start that contains one of some words.
+pub(crate) fn is_text(head: &[u8], start: &str, words: &[&str]) -> bool {
+    let text = String::from_utf8_lossy(head);
+    text.starts_with(start) && words.iter().any(|word| text.contains(word))
+}
+
 fn too_long(bytes: &str, max_bytes: u64) -> io::Error {
     let message = format!(
         "it has {bytes} bytes, and at most {max_bytes} are valid here; check that it is the right file"

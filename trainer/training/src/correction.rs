@@ -3,7 +3,8 @@
 use std::sync::OnceLock;
 
 use glimpse_core::fit::ridge::{RidgeGradient, scratch_length};
-use glimpse_fitting::linear::{ComponentsAt, add_scaled, bounded_precision, dot};
+use glimpse_fitting::linear::{ComponentsAt, bounded_precision};
+use glimpse_materials::lists::{add_scaled, dot};
 
 use super::tasks::reading::{LOG_SCALE, TaskReading};
 
@@ -73,10 +74,6 @@ impl Correction {
         }
     }
 
-    fn factors(&self, scales: &[f32]) -> Vec<f32> {
-        self.at.factorize(&self.precision, scales)
-    }
-
     /// Corrects the completed coefficients of a task.
     #[must_use]
     pub fn correct(
@@ -87,10 +84,11 @@ impl Correction {
     ) -> Corrected {
         let count = self.at.components;
         let scales: Vec<f32> = present.iter().map(|present| f32::from(*present)).collect();
+        let factorize = || self.at.factorize(&self.precision, &scales);
         let factors = if present.contains(&false) {
-            self.factors(&scales)
+            factorize()
         } else {
-            self.complete.get_or_init(|| self.factors(&scales)).clone()
+            self.complete.get_or_init(factorize).clone()
         };
         let system = self.at.system(&self.precision, &scales);
         let mut scratch = vec![0.0; scratch_length(readings.len(), count)];

@@ -12,6 +12,7 @@
 //! - [`loss_predictor`]: the loss of a fit, predicted from its readings
 //! - `result`: the result of a run
 //! - [`outer`]: the loop over steps and phases
+//! - `job`: the input of a run
 //! - [`streams`]: random numbers of steps
 //! - [`paper`]: the schedule of the paper
 //! - [`prior`]: the schedule that completes readings by a learned prior
@@ -20,6 +21,7 @@
 pub mod checkpoint;
 pub mod correction;
 pub mod initialization;
+mod job;
 pub mod linear;
 pub mod loss_predictor;
 pub mod outer;

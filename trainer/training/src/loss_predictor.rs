@@ -376,7 +376,15 @@ fn regression<'w>(held_out: impl Iterator<Item = Weighted<'w>>) -> Option<Vec<f3
 /// Returns Spearman's rank correlation of two lists of equal length; None for fewer than two different numbers.
 #[must_use]
 pub fn rank_correlation(one: &[f64], other: &[f64]) -> Option<f64> {
-    correlation(&ranks(one), &ranks(other))
+    let count = one.len() as f64;
+    let centered = |list: &[f64]| {
+        let ranks = ranks(list);
+        let mean = ranks.iter().sum::<f64>() / count;
+        DVector::from_iterator(ranks.len(), ranks.iter().map(|rank| rank - mean))
+    };
+    let (one, other) = (centered(one), centered(other));
+    let norms = one.norm() * other.norm();
+    (norms > 0.0).then(|| one.dot(&other) / norms)
 }
 
 /// Returns the rank of each number, starting with 0 for the smallest. Equal numbers share the mean of their ranks.
@@ -391,17 +399,6 @@ fn ranks(numbers: &[f64]) -> Vec<f64> {
         smaller + 0.5 * (equal - 1.0)
     };
     numbers.iter().map(rank).collect()
-}
-
-fn correlation(one: &[f64], other: &[f64]) -> Option<f64> {
-    let count = one.len() as f64;
-    let centered = |list: &[f64]| {
-        let mean = list.iter().sum::<f64>() / count;
-        DVector::from_iterator(list.len(), list.iter().map(|value| value - mean))
-    };
-    let (one, other) = (centered(one), centered(other));
-    let norms = one.norm() * other.norm();
-    (norms > 0.0).then(|| one.dot(&other) / norms)
 }
 
 #[cfg(test)]

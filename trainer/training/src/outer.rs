@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use glimpse_fitting::linear::add_scaled;
 use glimpse_fitting::recipe::identity::RunIdentity;
+use glimpse_materials::lists::add_scaled;
 pub use glimpse_optimizer::MetaValues;
 use glimpse_optimizer::{Groups, Optimizer};
 
@@ -211,9 +211,7 @@ impl<'s, 'o> Session<'s, 'o> {
         let file = self
             .checkpoints
             .map(|checkpoints| TrainingState::path(&checkpoints.directory, self.completed));
-        let may_resume = self
-            .checkpoints
-            .is_some_and(|checkpoints| checkpoints.resume);
+        let may_resume = self.checkpoints.is_some_and(|all| all.resume);
         let resumed = match &file {
             Some(file) if may_resume => TrainingState::read(file, &self.identity)?,
             _ => None,
@@ -277,7 +275,14 @@ fn advance(
 ) {
     let step = outer_step.step;
     if step == 0 {
-        start_phase(state, phase);
+        if let Some(start) = &phase.start {
+            state.optimizer = Optimizer::new(start(state.best_values()));
+        }
+        if let Criterion::BestEpoch(_) = phase.selection {
+            // Losses of earlier phases are not comparable: their patterns have other sizes.
+            state.best = None;
+            state.epoch_loss = 0.0;
+        }
     }
     let (loss, values) = descend(state, phase, outer_step, path);
 
@@ -328,33 +333,17 @@ fn descend(
     if let Some(PathOfSamples { motion, .. }) = path {
         let weight = &mut state.motion_weight;
         let by_logits = motion.weighted_gradient(&values.pattern, allowance, weight);
-        for (sum, derivative) in gradient.pattern.iter_mut().zip(by_logits) {
-            *sum += derivative;
-        }
+        add_scaled(&mut gradient.pattern, 1.0, &by_logits);
     }
     for (gradient, values) in gradient.each_mut().into_iter().zip(values.each()) {
         clip(gradient, phase.max_gradient_norm);
-        for (entry, value) in gradient.iter_mut().zip(values) {
-            *entry += phase.weight_decay * value;
-        }
+        add_scaled(gradient, phase.weight_decay, values);
     }
     state.optimizer.step(gradient, &phase.rates_at(step));
     if let Some(PathOfSamples { motion, .. }) = path {
         motion.project(&mut state.optimizer.values.pattern, allowance);
     }
     (loss, values)
-}
-
-/// Sets the meta-parameters to the first ones of a phase.
-fn start_phase(state: &mut TrainingState, phase: &Phase<'_>) {
-    if let Some(start) = &phase.start {
-        state.optimizer = Optimizer::new(start(state.best_values()));
-    }
-    if let Criterion::BestEpoch(_) = phase.selection {
-        // Losses of earlier phases are not comparable: their patterns have other sizes.
-        state.best = None;
-        state.epoch_loss = 0.0;
-    }
 }
 
 /// Scales a gradient down to a maximum norm. A non-finite gradient becomes 0.

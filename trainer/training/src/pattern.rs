@@ -9,6 +9,7 @@ use glimpse_core::gonio::Limits;
 use glimpse_core::model::SampleGradient;
 use glimpse_kernels::Dual;
 use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
+use glimpse_materials::half_differences;
 use glimpse_materials::sampling::RANGE;
 
 /// The weight of the barrier.
@@ -132,8 +133,7 @@ impl SamplePattern {
     /// Creates a pattern from angles. Samples out of reach are invalid.
     #[must_use]
     pub fn new(reach: &Reach<'_>, angles: Vec<Angles<f32>>) -> Self {
-        let directions = angles.iter().copied().map(HalfDifference::from_angles);
-        let directions: Vec<HalfDifference<f32>> = directions.collect();
+        let directions = half_differences(&angles);
         Self {
             valid: directions.iter().map(|at| reach.is_valid(at)).collect(),
             octet_directions: directions.chunks(WIDTH).map(Octet::transpose).collect(),

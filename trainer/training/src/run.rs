@@ -6,6 +6,7 @@ use glimpse_fitting::recipe::sections::Arena;
 use glimpse_fitting::recipe::{Metadata, RecipeFile, Training};
 use glimpse_materials::{Identity, Material, SourceShare};
 
+use crate::job::Job;
 use crate::loss_predictor::LossPredictor;
 use crate::outer::{Checkpoints, Session, StepObserver};
 use crate::scan_budget::Motion;
@@ -61,11 +62,16 @@ pub fn train(
     // Run on a thread of the rayon pool: other threads would pass each parallel loop to the pool and wait.
     rayon::scope(|_| {
         let arena = Arena::default();
-        let mut session = Session::new(options.identity(&identities), checkpoints, observer);
+        let job = Job {
+            arena: &arena,
+            options,
+            materials,
+            session: Session::new(options.identity(&identities), checkpoints, observer),
+        };
         let learned = match (options.schedule, options.samples) {
-            (Schedule::Paper, _) => paper::train(&arena, options, materials, &mut session)?,
-            (Schedule::Prior, 0) => prior::train_any(&arena, options, materials, &mut session)?,
-            (Schedule::Prior, _) => prior::train(&arena, options, materials, &mut session)?,
+            (Schedule::Paper, _) => paper::train(job)?,
+            (Schedule::Prior, 0) => prior::train_any(job)?,
+            (Schedule::Prior, _) => prior::train(job)?,
         };
         let metadata = Metadata {
             expected_loss: learned.expected_loss,

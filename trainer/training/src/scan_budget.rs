@@ -8,6 +8,7 @@ use glimpse_core::geometry::Angles;
 use glimpse_fitting::recipe::options::TrainingOptions;
 use glimpse_fitting::route::{Order, Route, TimedMachine, arms_at, arms_in_degrees, move_seconds};
 use glimpse_kernels::Dual;
+use glimpse_materials::lists::add_scaled;
 use glimpse_materials::setting::Name;
 
 use super::pattern::Reach;
@@ -236,9 +237,7 @@ impl Motion {
                 if norm > 0.0 {
                     let step = SHORTENING / norm;
                     let mut shorter = angles.to_array();
-                    for (angle, slope) in shorter.iter_mut().zip(slopes) {
-                        *angle -= step * slope;
-                    }
+                    add_scaled(&mut shorter, -step, slopes);
                     *logits = reach.logits(Angles::from_array(shorter));
                 }
             }

@@ -1,6 +1,7 @@
 //! Readings that are means of the BRDF over directions, as those of gloss meters, spheres and large detectors.
 
-use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::geometry::Angles;
+use glimpse_materials::half_differences;
 use glimpse_materials::{Brdf, luminance};
 
 /// The directions of a reading, which is the mean of the BRDF over them.
@@ -17,9 +18,8 @@ pub struct Aperture {
 impl Aperture {
     /// Returns the mean of a BRDF in linear RGB, sr^-1, not times the cosine; its luminance three times if the reading is gray.
     pub fn mean(&self, brdf: &dyn Brdf) -> [f32; 3] {
-        let at = self.directions.iter();
-        let at = at.map(|(angles, _)| HalfDifference::from_angles(*angles));
-        let values = brdf.values_at(&at.collect::<Vec<_>>());
+        let angles = self.directions.iter().map(|(angles, _)| *angles);
+        let values = brdf.values_at(&half_differences(angles));
         let pairs = values.iter().zip(&self.directions);
         let mean = [0, 1, 2].map(|channel: usize| {
             let terms = pairs.clone();

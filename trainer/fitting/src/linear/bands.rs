@@ -13,28 +13,20 @@ impl Posterior {
     /// their means over its aperture.
     pub fn of_bands(&self, bands: &[Vec<f32>]) -> Self {
         let centers = &self.design.at.centers;
-        self.of_mapped(DMatrix::from_fn(
-            bands.len(),
-            count(bands),
-            |reading, band| {
-                let center = f64::from(centers[reading].iter().sum::<f32>()) / 3.0;
-                self.mapped_band(bands, reading, band) - center
-            },
-        ))
+        self.of_mapped(bands, |reading, band| {
+            let center = f64::from(centers[reading].iter().sum::<f32>()) / 3.0;
+            self.mapped_band(bands, reading, band) - center
+        })
     }
 
     /// Returns the posterior after the differences of `bands` from `fitted` ones were added to the mapped values.
     pub fn corrected(&self, bands: &[Vec<f32>], fitted: &[Vec<f32>]) -> Self {
         let [mean, differences] = &self.targets;
-        self.of_mapped(DMatrix::from_fn(
-            bands.len(),
-            count(bands),
-            |reading, band| {
-                let error = self.mapped_band(bands, reading, band)
-                    - self.mapped_band(fitted, reading, band);
-                mean[(reading, 0)] + differences[(reading, band)] + error
-            },
-        ))
+        self.of_mapped(bands, |reading, band| {
+            let error =
+                self.mapped_band(bands, reading, band) - self.mapped_band(fitted, reading, band);
+            mean[(reading, 0)] + differences[(reading, band)] + error
+        })
     }
 
     fn mapped_band(&self, bands: &[Vec<f32>], reading: usize, band: usize) -> f64 {
@@ -44,7 +36,9 @@ impl Posterior {
         ))
     }
 
-    fn of_mapped(&self, mut mapped: DMatrix<f64>) -> Self {
+    fn of_mapped(&self, bands: &[Vec<f32>], mapped: impl Fn(usize, usize) -> f64) -> Self {
+        let count = bands.first().map_or(0, Vec::len);
+        let mut mapped = DMatrix::from_fn(bands.len(), count, mapped);
         let mean = mapped.column_mean();
         for mut band in mapped.column_iter_mut() {
             band -= &mean;
@@ -76,9 +70,4 @@ impl Posterior {
         let readings = readings.collect();
         (Self::of_targets(targets, self.design.clone()), readings)
     }
-}
-
-/// Returns the number of bands.
-fn count(bands: &[Vec<f32>]) -> usize {
-    bands.first().map_or(0, Vec::len)
 }

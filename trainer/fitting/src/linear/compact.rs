@@ -4,6 +4,7 @@
 //! [`HOST_NODES`]. A device's, the compact basis, has a least-squares fit of the interpolation, which needs several times
 //! fewer nodes.
 
+use glimpse_materials::lists::indices;
 use std::f64::consts::{FRAC_PI_2, SQRT_2, TAU};
 use std::iter::once;
 
@@ -150,7 +151,7 @@ pub(super) fn pack(checksum: u32, nodes: Nodes, columns: &[Vec<f64>]) -> Vec<u8>
 
 /// Returns the angles of a node: the inverse of the coordinates in `core/docs/basis.md`.
 pub(super) fn angles_at(nodes: Nodes, node: usize) -> Angles<f64> {
-    let (indices, shape) = (indices(nodes, node), shape(nodes));
+    let (indices, shape) = (indices(node, shape(nodes)), shape(nodes));
     let [u, v, p] = [0, 1, 2].map(|axis| indices[axis] as f64 / (shape[axis] - 1) as f64);
     let theta_h = 2.0 * (u * u / SQRT_2).min(1.0).asin();
     let theta_d = (1.0 - v).acos();
@@ -167,20 +168,10 @@ fn shape(nodes: Nodes) -> [usize; 3] {
     [nodes.theta_h, nodes.theta_d, nodes.phi_d].map(usize::from)
 }
 
-/// Returns the indices of a node along the axes theta_h, theta_d and phi_d.
-fn indices(nodes: Nodes, node: usize) -> [usize; 3] {
-    let [_, v_count, p_count] = shape(nodes);
-    [
-        node / (v_count * p_count),
-        node / p_count % v_count,
-        node % p_count,
-    ]
-}
-
 /// Returns the unknown of a node in the least-squares fit: the index of the first node with the same direction. Nodes at
 /// theta_h = 0 or theta_d = 0 that differ only in phi_d have the same direction.
 fn unknown_of(nodes: Nodes, node: usize) -> u32 {
-    let [u, v, p] = indices(nodes, node);
+    let [u, v, p] = indices(node, shape(nodes));
     let first = if u == 0 || v == 0 { node - p } else { node };
     first as u32
 }
@@ -191,7 +182,7 @@ fn neighbors(nodes: Nodes) -> Vec<(u32, u32)> {
     let strides = [shape[1] * shape[2], shape[2], 1];
     let mut pairs = Vec::new();
     for node in 0..nodes.count().unwrap_or_default() {
-        for (axis, index) in indices(nodes, node).into_iter().enumerate() {
+        for (axis, index) in indices(node, shape).into_iter().enumerate() {
             if index + 1 < shape[axis] {
                 let pair = [node, node + strides[axis]].map(|node| unknown_of(nodes, node));
                 pairs.extend((pair[0] != pair[1]).then_some((pair[0], pair[1])));

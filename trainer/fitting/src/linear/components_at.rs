@@ -6,6 +6,7 @@ use glimpse_core::model::linear::{map, unmap};
 use glimpse_core::numeric::Matrix;
 use glimpse_kernels::{AngleDual, Dual};
 use glimpse_materials::basis::BasisTable;
+use glimpse_materials::lists::{add_scaled, dot};
 
 /// The K components of a basis at n directions, with derivatives with respect to the angles.
 #[derive(Clone, Debug)]
@@ -183,20 +184,6 @@ impl ComponentsAt {
 }
 
 // The functions of inner loops are inlined into other crates, of which training is one.
-
-/// Returns the sum of products, up to the length of the shorter list.
-#[inline]
-pub fn dot(a: &[f32], b: &[f32]) -> f32 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// sum += factor * list, up to the length of the shorter list
-#[inline]
-pub fn add_scaled(sum: &mut [f32], factor: f32, list: &[f32]) {
-    for (entry, value) in sum.iter_mut().zip(list) {
-        *entry += factor * value;
-    }
-}
 
 /// The largest ratio of a component's squared entries to its precision.
 const MAX_RATIO: f32 = 3e4;

@@ -1,5 +1,7 @@
 //! A least-squares fit of the values at nodes to known values of their interpolation.
 
+use glimpse_materials::lists::{add_scaled, dot};
+
 /// A sparse linear least-squares system. Each row is an interpolation of unknowns with a known value. A smoothness term
 /// penalizes differences between neighbors.
 pub(super) struct LeastSquares {
@@ -70,12 +72,8 @@ impl LeastSquares {
             }
             let product = self.multiply(&direction);
             let step = norm / dot(&direction, &product);
-            for (entry, change) in unknowns.iter_mut().zip(&direction) {
-                *entry += step * change;
-            }
-            for (entry, change) in residual.iter_mut().zip(&product) {
-                *entry -= step * change;
-            }
+            add_scaled(&mut unknowns, step, &direction);
+            add_scaled(&mut residual, -step, &product);
             let preconditioned = self.precondition(&residual);
             let next_norm = dot(&residual, &preconditioned);
             for (entry, preconditioned) in direction.iter_mut().zip(preconditioned) {
@@ -115,10 +113,6 @@ fn scatter(row: &[(u32, f32); 8], factor: f64, sum: &mut [f64]) {
     for (unknown, weight) in row {
         sum[*unknown as usize] += f64::from(*weight) * factor;
     }
-}
-
-fn dot(one: &[f64], other: &[f64]) -> f64 {
-    one.iter().zip(other).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ mod uncertainty;
 
 pub use aperture::Aperture;
 pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES, HOST_NODES, to_compact_bytes, to_host_bytes};
-pub use components_at::{ComponentsAt, add_scaled, bounded_precision, dot};
+pub use components_at::{ComponentsAt, bounded_precision};
 pub(crate) use evidence::Evidence;
 pub use material_basis::{CHANNEL_COEFFICIENTS, material_basis};
 pub use next::{Candidates, Proposal};

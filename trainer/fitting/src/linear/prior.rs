@@ -5,6 +5,7 @@
 //! s^2 rho(x, x') of a [`correlation`]. This is kriging with a learned trend (universal kriging: Cressie 1993, "Statistics for
 //! Spatial Data", chapter 3.4).
 
+use glimpse_materials::lists::add_scaled;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -176,9 +177,7 @@ impl PriorAt {
                 let mut row = sums.rows.row_mut(index);
                 row += self.rows.row(at) * weight;
                 let expected = of_channels(expected[at], [1.0 / 3.0; 3]);
-                for (center, expected) in center.iter_mut().zip(expected) {
-                    *center -= weight * expected;
-                }
+                add_scaled(&mut center, -weight, &expected);
             }
             sums.is_gray.push(is_gray);
             sums.cosines.push(cosines as f32);

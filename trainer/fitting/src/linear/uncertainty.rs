@@ -1,8 +1,9 @@
 //! The uncertainty of fits: standard deviations, and expected losses.
 
+use glimpse_materials::half_differences;
 use std::f64::consts::FRAC_2_PI;
 
-use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::geometry::Angles;
 use glimpse_core::model::linear::unmap;
 use glimpse_kernels::scan::LossPrediction;
 use glimpse_materials::Brdf;
@@ -35,10 +36,7 @@ impl Posterior {
     /// Returns the share of directions and channels at which a material is within one standard deviation of a fit.
     #[must_use]
     pub fn coverage(&self, fit: &dyn Brdf, material: &dyn Brdf) -> f64 {
-        let at = loss_directions()
-            .into_iter()
-            .map(HalfDifference::from_angles);
-        let truth = material.values_at(&at.collect::<Vec<_>>());
+        let truth = material.values_at(&half_differences(loss_directions()));
         let spreads = self.spreads(Some(fit), loss_directions());
         let within = spreads.iter().zip(&truth).flat_map(|(spread, truth)| {
             let errors = [0, 1, 2].map(|channel| f64::from(truth[channel]) - spread.fit[channel]);
@@ -68,11 +66,7 @@ impl Posterior {
         fit: Option<&dyn Brdf>,
         directions: Vec<Angles<f32>>,
     ) -> Vec<Spread> {
-        let fitted = fit.map(|fit| {
-            let at = directions.iter();
-            let at = at.map(|angles| HalfDifference::from_angles(*angles));
-            fit.values_at(&at.collect::<Vec<_>>())
-        });
+        let fitted = fit.map(|fit| fit.values_at(&half_differences(&directions)));
         let at = self.prior().at(directions);
         let mut spreads = Spread::all(&at, &self.predict(&at));
         for (spread, fitted) in spreads.iter_mut().zip(fitted.into_iter().flatten()) {

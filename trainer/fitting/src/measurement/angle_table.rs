@@ -106,8 +106,16 @@ impl TableAngles {
             rows.push((!angles.is_empty()).then_some((stated, converted)));
         }
         let [polar, azimuth] = [true, false].map(|is_polar| {
-            let stated = rows.iter().flatten().map(|(stated, _)| stated);
-            format.largest_unstated(is_polar, args, stated)
+            let columns = format.set.columns().filter(|(index, _, other)| {
+                let unit = format.stated[*index].or(args.unit_of(is_polar));
+                unit.is_none() && *other == is_polar
+            });
+            let stated = rows.iter().flatten();
+            let angles = columns.flat_map(|(index, ..)| {
+                let column = stated.clone().map(move |(stated, _)| stated[index]);
+                column.map(f64::abs)
+            });
+            angles.fold(0.0, f64::max)
         });
         let (kind, largest, option) = if polar > 0.0 && polar <= FRAC_PI_2 && azimuth <= TAU {
             ("angles", polar.max(azimuth), "--unit")

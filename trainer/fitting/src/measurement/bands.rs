@@ -6,8 +6,10 @@
 //! `linear-any`).
 
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
+use glimpse_materials::half_differences;
+use glimpse_materials::lists::add_scaled;
 use glimpse_materials::{BandValues, Bands};
 use rayon::prelude::*;
 
@@ -52,17 +54,12 @@ pub(super) fn mean_bands(
 ) -> Vec<f32> {
     let exact = [(angles, 1.0)];
     let directions = aperture.map_or(&exact[..], |aperture| &aperture.directions);
-    let at = directions.iter();
-    let at = at.map(|(angles, _)| HalfDifference::from_angles(*angles));
+    let spectra = bands.evaluate(&half_differences(
+        directions.iter().map(|(angles, _)| *angles),
+    ));
     let mut means = vec![0.0; bands.wavelengths().len()];
-    for (spectrum, (_, share)) in bands
-        .evaluate(&at.collect::<Vec<_>>())
-        .iter()
-        .zip(directions)
-    {
-        for (mean, value) in means.iter_mut().zip(spectrum) {
-            *mean += *share as f32 * value;
-        }
+    for (spectrum, (_, share)) in spectra.iter().zip(directions) {
+        add_scaled(&mut means, *share as f32, spectrum);
     }
     means
 }

@@ -124,21 +124,6 @@ pub(super) struct AngleFormat {
 }
 
 impl AngleFormat {
-    /// Returns the largest magnitude of polar angles or azimuths whose unit neither the file nor an option states.
-    pub(super) fn largest_unstated<'a>(
-        &self,
-        is_polar: bool,
-        args: &AngleArgs,
-        rows: impl Iterator<Item = &'a StatedAngles> + Clone,
-    ) -> f64 {
-        let columns = self.set.columns().filter(|(index, _, other)| {
-            let is_unstated = self.stated[*index].or(args.unit_of(is_polar)).is_none();
-            is_unstated && *other == is_polar
-        });
-        let angles = columns.flat_map(|(index, ..)| rows.clone().map(move |row| row[index].abs()));
-        angles.fold(0.0, f64::max)
-    }
-
     /// Returns the unit of a column.
     pub(super) fn unit(&self, index: usize, is_polar: bool, args: &AngleArgs) -> AngleUnit {
         let stated = self.stated[index].or(args.unit_of(is_polar));

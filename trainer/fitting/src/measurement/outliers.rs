@@ -9,6 +9,7 @@
 //! excluded from the fit, and what an instrument causes, and only if the others predict each other better without it.
 
 use clap::ValueEnum;
+use glimpse_materials::lists::dot;
 use serde::Serialize;
 
 use crate::linear::{Posterior, gain_without};
@@ -123,10 +124,8 @@ fn candidates(readings: &[&SampleReading]) -> Vec<(OutlierKind, Vec<usize>)> {
     let directions: Vec<_> = directions.collect();
     for radius in RADII {
         let within = |one: usize, other: usize, radius: f32| {
-            let near = |one: [f32; 3], other: [f32; 3]| {
-                let products = one.iter().zip(other).map(|(one, other)| one * other);
-                products.sum::<f32>() >= radius.to_radians().cos()
-            };
+            let near =
+                |one: [f32; 3], other: [f32; 3]| dot(&one, &other) >= radius.to_radians().cos();
             let (one_at, other_at) = (&directions[one], &directions[other]);
             is_dark(one) == is_dark(other)
                 && near(one_at.incoming, other_at.incoming)

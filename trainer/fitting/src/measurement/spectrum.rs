@@ -1,5 +1,6 @@
 //! The spectrum of a fit: the colors of readings and fit in bands.
 
+use glimpse_materials::lists::dot;
 use std::f64::consts::PI;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
@@ -132,12 +133,11 @@ pub(super) fn aspecular(at: &HalfDifference<f32>) -> f32 {
     let pair = at.directions();
     let [x, y, z] = pair.incoming;
     let mirror = [-x, -y, z];
-    let dot = |a: [f32; 3], b: [f32; 3]| -> f32 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-    let angle = dot(mirror, pair.outgoing)
+    let angle = dot(&mirror, &pair.outgoing)
         .clamp(-1.0, 1.0)
         .acos()
         .to_degrees();
-    if dot(pair.incoming, pair.outgoing) < dot(pair.incoming, mirror) {
+    if dot(&pair.incoming, &pair.outgoing) < dot(&pair.incoming, &mirror) {
         -angle
     } else {
         angle

@@ -1,5 +1,6 @@
 //! Conversions of angles.
 
+use std::borrow::Borrow;
 use std::f32::consts::TAU;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
@@ -14,6 +15,15 @@ pub fn angles_of(at: &HalfDifference<f32>) -> Angles<f32> {
         theta_d: at.dx.hypot(at.dy).atan2(at.dz),
         phi_d: if phi_d < 0.0 { phi_d + TAU } else { phi_d },
     }
+}
+
+/// Returns the half and difference vectors at angles in radians.
+pub fn half_differences<A: Borrow<Angles<f32>>>(
+    angles: impl IntoIterator<Item = A>,
+) -> Vec<HalfDifference<f32>> {
+    let angles = angles.into_iter();
+    let at = angles.map(|angles| HalfDifference::from_angles(*angles.borrow()));
+    at.collect()
 }
 
 /// Splits numbers into finite values and their derivatives, in f32.

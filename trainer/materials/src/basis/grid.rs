@@ -1,6 +1,7 @@
 //! The nodes of a basis, and trilinear interpolation between them: those of [`Grid`] in a training, and [`linear::Nodes`]
 //! in a file.
 
+use crate::lists::indices;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
@@ -27,11 +28,7 @@ impl Grid {
     /// Returns the angles of a node, in radians.
     #[must_use]
     pub fn angles(node: usize) -> Angles<f64> {
-        let [h, d, p] = [
-            node / (NODES[1] * NODES[2]),
-            node / NODES[2] % NODES[1],
-            node % NODES[2],
-        ];
+        let [h, d, p] = indices(node, NODES);
         let fraction = |index: usize, nodes: usize| index as f64 / (nodes - 1) as f64;
         Angles {
             theta_h: FRAC_PI_2 * fraction(h, NODES[0]).powi(2),

@@ -9,7 +9,7 @@ mod grid;
 mod kernels;
 mod table;
 
-pub use angles::angles_of;
+pub use angles::{angles_of, half_differences};
 pub(crate) use angles::{finite_f32, split_duals};
 pub use grid::{Grid, WeightedNode};
 pub use kernels::{KernelSum, Kernels, Place, correlation};

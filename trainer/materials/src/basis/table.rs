@@ -3,6 +3,7 @@
 //! A column is one channel of a training material. In formulas, f is the BRDF, w is cos(theta_i) cos(theta_o), e is
 //! [`EPSILON`], and m is the number of components.
 
+use crate::lists::{add_scaled, dot};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -114,7 +115,7 @@ impl BasisTable {
             let components = row[NODE_HEADER..].to_vec();
             let columns = map.chunks_exact(self.components);
             for (entry, column) in row[NODE_HEADER..].iter_mut().zip(columns) {
-                *entry = components.iter().zip(column).map(|(a, b)| a * b).sum();
+                *entry = dot(&components, column);
             }
         }
         self
@@ -144,9 +145,7 @@ impl BasisTable {
             let [h, d, p] = weight.tangent;
             let weights = [weight.value, h, d, p];
             for (sum, value) in sums.iter_mut().zip(self.row(node)) {
-                for (sum, weight) in sum.iter_mut().zip(weights) {
-                    *sum += weight * f64::from(*value);
-                }
+                add_scaled(sum, f64::from(*value), &weights);
             }
         }
         let components = sums.split_off(NODE_HEADER);

@@ -20,7 +20,7 @@ use self::pab::{PabSet, to_pab};
 use self::rgl::{RglMeasurement, to_rgl};
 use self::ssdd::to_ssdd;
 use crate::error::{Defect, SourceError, read_error};
-use crate::untrusted::{escaped_start, is_valid_name, read_head};
+use crate::untrusted::{escaped_start, is_text, is_valid_name, read_head};
 use crate::{Material, NotFinite, Tabulation};
 
 /// The number of bytes at the start of a file that detection reads.
@@ -116,7 +116,7 @@ impl Format {
             Self::OpenMaterial => Properties {
                 endings: &["_brdf.xompt"],
                 written: &["_brdf.xompt"],
-                has_signature: open_material::has_signature,
+                has_signature: |head| is_text(head, "{", &["\"lookupTable\""]),
                 read: |path, _| read_open_material(path),
                 tabulate: Some(|table| Ok(vec![to_open_material(table)?])),
                 has_spectra: true,
@@ -124,7 +124,7 @@ impl Format {
             Self::Ssdd => Properties {
                 endings: &[".ssdd"],
                 written: &[".ssdd"],
-                has_signature: ssdd::has_signature,
+                has_signature: |head| is_text(head, ssdd::SIGNATURE, &["DATA_TYPE"]),
                 read: |path, name| Ok(Box::new(ssdd::read(path, name)?)),
                 tabulate: Some(|table| Ok(vec![to_ssdd(table)?])),
                 has_spectra: true,

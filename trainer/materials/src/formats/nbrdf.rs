@@ -15,7 +15,8 @@ use glimpse_kernels::{Dual, NEURAL};
 
 use serde::Deserialize;
 
-use crate::error::{Defect, ensure, index_of, read_error};
+use crate::error::{Defect, ensure, read_error};
+use crate::lists::indices;
 use crate::untrusted::{escaped, read_at_most};
 use crate::{Brdf, BrdfWithDerivative, Material, SourceError};
 
@@ -276,7 +277,7 @@ impl Array {
             None => Ok(values),
             Some(position) => Err(format!(
                 "its weight {:?} (input, output) is {}, and must be finite as a 32-bit float",
-                index_of(position, shape),
+                indices(position, shape.to_vec()),
                 values[position]
             )),
         }

@@ -24,12 +24,6 @@ const MAX_THETA: f64 = std::f64::consts::PI + 1e-5;
 /// The relative difference below which a row's wavelength is a listed one.
 const WAVELENGTH_TOLERANCE: f64 = 1e-6;
 
-/// Returns true if the first bytes of a file are those of a table in JSON.
-pub(super) fn has_signature(head: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(head);
-    text.starts_with('{') && text.contains("\"lookupTable\"")
-}
-
 #[derive(Serialize, Deserialize)]
 struct File<M> {
     metadata: M,

@@ -12,24 +12,19 @@ use rayon::prelude::*;
 use crate::color::{FROM_XYZ, IDENTITY};
 use crate::error::{Defect, ensure, read_text};
 use crate::interpolation::corners;
+use crate::lists::add_scaled;
 use crate::spectrum::{Viewing, have_color, weighted_sums};
 use crate::untrusted::escaped;
 use crate::{MerlTable, NotFinite, Omission, SourceError, Tabulation, table_nodes};
 
 /// The start of a file.
-const SIGNATURE: &str = "VERSION ";
+pub(super) const SIGNATURE: &str = "VERSION ";
 /// The largest length of a file in bytes.
 const MAX_BYTES: u64 = 1 << 29;
 /// The numbers of written theta_h, denser near the normal, theta_d, and phi_d over half a turn.
 const NODES: [usize; 3] = [61, 31, 31];
 /// Directions of written nodes are at least this far above the horizon, degrees.
 const HORIZON: f32 = 0.5;
-
-/// Returns true if the first bytes of a file are those of this format.
-pub(crate) fn has_signature(head: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(head);
-    text.starts_with(SIGNATURE) && text.contains("DATA_TYPE")
-}
 
 /// Tabulates a reciprocal BRDF in RGB, or each of its bands.
 ///
@@ -243,10 +238,7 @@ fn interpolate(axes: &[Vec<f32>; 3], values: &[[f32; 3]], angles: [f32; 3]) -> [
     let [size_h, size_d, _] = axes.each_ref().map(Vec::len);
     let mut sum = [0.0; 3];
     for ([h, d, p], weight) in corners(angles.map(f64::from), axes) {
-        let value = values[h + size_h * (d + size_d * p)];
-        for (sum, value) in sum.iter_mut().zip(value) {
-            *sum += weight * f64::from(value);
-        }
+        add_scaled(&mut sum, weight, &values[h + size_h * (d + size_d * p)]);
     }
     sum.map(|sum| sum as f32)
 }

@@ -5,6 +5,8 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::{EPSILON, map};
 use glimpse_materials::Material;
 use glimpse_materials::basis::{BasisTable, Grid, NODE_HEADER};
+use glimpse_materials::half_differences;
+use glimpse_materials::lists::add_scaled;
 use nalgebra::{DMatrix, SymmetricEigen};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -41,13 +43,12 @@ impl Columns {
         let selected = select(materials.len());
         let count = 3 * selected.len();
         let angles: Vec<Angles<f64>> = (0..Grid::LEN).map(Grid::angles).collect();
-        let at = |turn: f64| -> Vec<HalfDifference<f32>> {
+        let at = |turn: f64| {
             let turned = angles.iter().map(|angles| Angles {
                 phi_d: angles.phi_d + turn,
                 ..*angles
             });
-            let single = turned.map(|angles| angles.map(|angle| angle as f32));
-            single.map(HalfDifference::from_angles).collect()
+            half_differences(turned.map(|angles| angles.map(|angle| angle as f32)))
         };
         let (one, opposite) = (at(0.0), at(std::f64::consts::PI));
         let weights = angles.iter().map(|angles| {
@@ -157,13 +158,9 @@ fn products(values: &[f32], count: usize) -> Vec<f64> {
                     let mut partial = vec![0.0_f32; count];
                     for node in shifted.chunks(count) {
                         let factor = node[block * ROWS + row];
-                        for (sum, value) in partial.iter_mut().zip(node) {
-                            *sum += factor * value;
-                        }
+                        add_scaled(&mut partial, factor, node);
                     }
-                    for (sum, partial) in sums.iter_mut().zip(partial) {
-                        *sum += f64::from(partial);
-                    }
+                    add_scaled(sums, 1.0, &partial);
                 }
             }
         });
@@ -224,9 +221,7 @@ pub(super) fn coefficients_of_columns(
             let mean = (sum / count as f64) as f32;
             let (head, sums) = entries.split_at_mut(NODE_HEADER);
             for (value, vector) in values.iter().zip(vectors.chunks(components)) {
-                for (sum, entry) in sums.iter_mut().zip(vector) {
-                    *sum += (value - mean) * entry;
-                }
+                add_scaled(sums, value - mean, vector);
             }
             let median = median(&mut values);
             // The mean of the mapped columns, and ln(median w + e). The values are l - ln(e).

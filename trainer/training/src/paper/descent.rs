@@ -1,10 +1,10 @@
 //! The objective of schedule paper for models fitted by SGD: initial parameters, step sizes and pattern.
 
-use glimpse_core::geometry::HalfDifference;
 use glimpse_fitting::recipe::expected_loss::LossEstimate;
 use glimpse_fitting::recipe::options::PretrainedInit;
 use glimpse_kernels::ModelKernels;
 use glimpse_kernels::inner_loop::InnerLoop;
+use glimpse_materials::half_differences;
 use glimpse_materials::sampling::sobol_valid;
 use glimpse_optimizer::Groups;
 use rand::SeedableRng;
@@ -108,8 +108,7 @@ impl DescentObjective<'_> {
     /// Returns that of 64 random initializations which is 0 in the fewest channels and directions. An output of Neural
     /// that is 0 in all directions has no gradient, and never recovers.
     fn live_initialization(&self) -> Vec<f32> {
-        let at = sobol_valid(64, 0).into_iter();
-        let at: Vec<HalfDifference<f32>> = at.map(HalfDifference::from_angles).collect();
+        let at = half_differences(sobol_valid(64, 0));
         let dark = |initial: &Vec<f32>| {
             let mut brdf = vec![[0.0; 3]; at.len()];
             (self.kernels.evaluate)(initial, &at, &mut brdf);

@@ -5,7 +5,7 @@
 
 use glimpse_fitting::linear::ComponentsAt;
 use glimpse_fitting::recipe::expected_loss::LossEstimate;
-use glimpse_kernels::components::ComponentTable;
+use glimpse_kernels::components::{ComponentTable, component_loss};
 use glimpse_materials::Material;
 use glimpse_materials::basis::BasisTable;
 use glimpse_materials::sampling::uniform_valid;
@@ -92,7 +92,8 @@ impl RidgeObjective {
         let corrected = correction.correct(&readings, &task.present, &vec![0.0; 3 * components]);
         let mut by_coefficients = vec![0.0; 3 * components];
         let values = task.values(&self.pool);
-        let [loss, _] = table.loss(
+        let [loss, _] = component_loss(
+            table,
             &corrected.coefficients,
             &task.octets,
             &values,

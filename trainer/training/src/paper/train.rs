@@ -4,8 +4,8 @@ use glimpse_core::fit::Sgd;
 use glimpse_core::recipe::Contents;
 use glimpse_fitting::linear::{ComponentsAt, to_host_bytes};
 use glimpse_fitting::recipe::expected_loss::{ValidatedLoss, ValidationSplit};
-use glimpse_fitting::recipe::options::{TrainedParts, TrainingOptions};
-use glimpse_fitting::recipe::sections::{Arena, count};
+use glimpse_fitting::recipe::options::TrainedParts;
+use glimpse_fitting::recipe::sections::count;
 use glimpse_kernels::ModelKernels;
 use glimpse_materials::Material;
 use glimpse_materials::sampling::{random_stream, uniform_valid};
@@ -15,8 +15,8 @@ use super::descent::DescentObjective;
 use super::objective::PaperObjective;
 use super::phases::phases;
 use super::ridge::RidgeObjective;
+use crate::job::Job;
 use crate::linear::{Columns, principal_components};
-use crate::outer::Session;
 use crate::pattern::Reach;
 use crate::result::{Learned, TrainError};
 use crate::streams::RandomStreams;
@@ -33,28 +33,20 @@ const VALIDATION_POOL: usize = 4_096;
 ///
 /// # Errors
 /// If the run is stopped, or a checkpoint cannot be read or written.
-pub(crate) fn train<'a>(
-    arena: &'a Arena,
-    options: &TrainingOptions,
-    materials: Vec<Box<dyn Material>>,
-    session: &mut Session<'_, '_>,
-) -> Result<Learned<'a>, TrainError> {
-    match ModelKernels::of(options.model) {
-        Some(kernels) => train_sgd(arena, kernels, options, materials, session),
-        None => train_ridge(arena, options, materials, session),
+pub(crate) fn train<'a>(job: Job<'a, '_>) -> Result<Learned<'a>, TrainError> {
+    match ModelKernels::of(job.options.model) {
+        Some(kernels) => train_sgd(kernels, job),
+        None => train_ridge(job),
     }
 }
 
 /// Trains SGD steps with schedule paper. A tenth of the materials is held out.
 fn train_sgd<'a>(
-    arena: &'a Arena,
     kernels: &'static ModelKernels,
-    options: &TrainingOptions,
-    materials: Vec<Box<dyn Material>>,
-    session: &mut Session<'_, '_>,
+    mut job: Job<'a, '_>,
 ) -> Result<Learned<'a>, TrainError> {
-    let seed = options.seed;
-    let (training, validation) = split(materials, seed);
+    let seed = job.options.seed;
+    let [training, validation] = split(job.materials, seed);
     let tasks = training.len();
     let pool = |materials: Vec<Box<dyn Material>>, size, seed| {
         WarpedPool::new(materials.into(), 0, uniform_valid(size, seed))
@@ -70,24 +62,24 @@ fn train_sgd<'a>(
         kernels,
         training: &training,
         validation: held_out.as_ref().unwrap_or(&training),
-        pretrained: match &options.parts {
+        pretrained: match &job.options.parts {
             TrainedParts::PatternOnly(pretrained) => pretrained.as_ref(),
             _ => None,
         },
         inner_steps: INNER_STEPS,
         streams: RandomStreams { seed },
     };
-    let phases = phases(&objective, options, tasks);
-    let values = session.run(objective.initial_values(), &phases, None)?;
+    let phases = phases(&objective, job.options, tasks);
+    let values = job.session.run(objective.initial_values(), &phases, None)?;
     let estimate = objective.expected_loss(&values);
     Ok(Learned {
         pattern: Reach::ANY.reachable_angles(&values.pattern),
         fit: Contents {
             sgd: Some(Sgd {
-                model: options.model,
+                model: job.options.model,
                 steps: count(INNER_STEPS),
-                initial: arena.floats(&values.initial),
-                step_sizes: arena.floats(&values.hyperparameters),
+                initial: job.arena.floats(&values.initial),
+                step_sizes: job.arena.floats(&values.hyperparameters),
             }),
             ..Contents::default()
         },
@@ -97,20 +89,15 @@ fn train_sgd<'a>(
 }
 
 /// Trains the pattern of the model Linear with schedule paper.
-fn train_ridge<'a>(
-    arena: &'a Arena,
-    options: &TrainingOptions,
-    materials: Vec<Box<dyn Material>>,
-    session: &mut Session<'_, '_>,
-) -> Result<Learned<'a>, TrainError> {
-    let (eta, seed, tasks) = (options.eta, options.seed, materials.len());
+fn train_ridge<'a>(mut job: Job<'a, '_>) -> Result<Learned<'a>, TrainError> {
+    let (eta, seed, tasks) = (job.options.eta, job.options.seed, job.materials.len());
     // In random order; folds leave materials out instead.
-    let (mut materials, mut held_out) = split(materials, seed);
+    let [mut materials, mut held_out] = split(job.materials, seed);
     materials.append(&mut held_out);
     let columns = Columns::new(&materials);
-    let objective = RidgeObjective::new(materials, &columns, options.bases, eta, seed);
-    let phases = phases(&objective, options, tasks);
-    let values = session.run(objective.initial_values(), &phases, None)?;
+    let objective = RidgeObjective::new(materials, &columns, job.options.bases, eta, seed);
+    let phases = phases(&objective, job.options, tasks);
+    let values = job.session.run(objective.initial_values(), &phases, None)?;
 
     let all: Vec<usize> = (0..columns.count()).collect();
     let basis = principal_components(&columns, &all, objective.components());
@@ -120,7 +107,7 @@ fn train_ridge<'a>(
     Ok(Learned {
         pattern,
         fit: Contents {
-            ridge: Some(arena.ridge(&at, &precision, basis.checksum())),
+            ridge: Some(job.arena.ridge(&at, &precision, basis.checksum())),
             ..Contents::default()
         },
         basis: Some(to_host_bytes(&basis)),
@@ -137,13 +124,9 @@ fn train_ridge<'a>(
 }
 
 /// Holds out a tenth of the shuffled materials, rounded down.
-#[expect(clippy::type_complexity, reason = "two lists of materials")]
-fn split(
-    mut materials: Vec<Box<dyn Material>>,
-    seed: u64,
-) -> (Vec<Box<dyn Material>>, Vec<Box<dyn Material>>) {
+fn split(mut materials: Vec<Box<dyn Material>>, seed: u64) -> [Vec<Box<dyn Material>>; 2] {
     materials.shuffle(&mut random_stream(seed, u64::MAX));
     let held_out = materials.len() / 10;
     let validation = materials.split_off(materials.len() - held_out);
-    (materials, validation)
+    [materials, validation]
 }

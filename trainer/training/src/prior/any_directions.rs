@@ -7,8 +7,6 @@ use glimpse_core::numeric::{Floats, PackedRows};
 use glimpse_core::recipe::Contents;
 use glimpse_core::section::{MAX_PRECISION, MIN_PRECISION};
 use glimpse_fitting::linear::{COMPACT_NODES, to_compact_bytes};
-use glimpse_fitting::recipe::options::TrainingOptions;
-use glimpse_fitting::recipe::sections::Arena;
 use glimpse_kernels::completion::Shape;
 use glimpse_materials::Material;
 use glimpse_materials::basis::BasisTable;
@@ -18,8 +16,9 @@ use rand_chacha::ChaCha8Rng;
 use super::dataset::{Dataset, Subset};
 use super::objective::PriorObjective;
 use super::train::phases;
+use crate::job::Job;
 use crate::linear::GaussianPrior;
-use crate::outer::{Session, TrainingProgress};
+use crate::outer::TrainingProgress;
 use crate::result::{Learned, TrainError};
 use crate::tasks::material::TaskMaterial;
 use crate::tasks::task::{Dropout, TrainingTask};
@@ -35,12 +34,7 @@ const NOISE_VARIANCE: f64 = 0.02;
 ///
 /// # Errors
 /// If the materials are too few or all the same, the run is stopped, or a checkpoint cannot be read or written.
-pub(crate) fn train_any<'a>(
-    arena: &'a Arena,
-    options: &TrainingOptions,
-    materials: Vec<Box<dyn Material>>,
-    session: &mut Session<'_, '_>,
-) -> Result<Learned<'a>, TrainError> {
+pub(crate) fn train_any<'a>(mut job: Job<'a, '_>) -> Result<Learned<'a>, TrainError> {
     let mut begin_phase = |phase| {
         let progress = TrainingProgress {
             phase,
@@ -50,14 +44,14 @@ pub(crate) fn train_any<'a>(
             loss: f32::NAN,
             best: None,
         };
-        match (session.observer)(&progress) {
+        match (job.session.observer)(&progress) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(TrainError::Stopped(0)),
         }
     };
     begin_phase("materials")?;
-    let dataset = Dataset::of(materials, options);
-    let mut random = ChaCha8Rng::seed_from_u64(options.seed);
+    let dataset = Dataset::of(job.materials, job.options);
+    let mut random = ChaCha8Rng::seed_from_u64(job.options.seed);
     let plain = (0..dataset.training_count.min(TASKS / 2)).map(|index| {
         // Of more materials, every second or third one.
         let material = index * dataset.training_count / dataset.training_count.min(TASKS / 2);
@@ -65,14 +59,7 @@ pub(crate) fn train_any<'a>(
     });
     let mut tasks: Vec<TrainingTask> = plain.collect();
     while tasks.len() < TASKS {
-        tasks.push(TrainingTask::random(
-            &dataset.pool,
-            &dataset.groups,
-            &dataset.reading_options,
-            [0, 0],
-            Dropout::Any,
-            &mut random,
-        ));
+        tasks.push(dataset.draw_task(&dataset.groups, [0, 0], Dropout::Any, &mut random));
     }
     let tasks = tasks.into_iter().map(|task| {
         Box::new(TaskMaterial {
@@ -94,7 +81,7 @@ pub(crate) fn train_any<'a>(
     let compact = to_compact_bytes(&prior.basis, prior.basis.components(), COMPACT_NODES);
     let basis = BasisTable::parse(&compact).map_err(|_| TrainError::TooFewMaterials)?;
     let subset = Subset::new(&dataset, basis, &[]);
-    let objective = PriorObjective::new(&subset, options);
+    let objective = PriorObjective::new(&subset, job.options);
     let objective = PriorObjective {
         shape: Shape {
             components: subset.basis.components(),
@@ -105,17 +92,19 @@ pub(crate) fn train_any<'a>(
         ..objective
     };
     let refinement = if objective.refinement.is_some() {
-        let phases = phases(&objective, options.effort);
-        let values = session.run(objective.initial_values(0), &phases, None)?;
-        objective.sections(arena, &values)
+        let phases = phases(&objective, job.options.effort);
+        let values = job
+            .session
+            .run(objective.initial_values(0), &phases, None)?;
+        objective.sections(job.arena, &values)
     } else {
         None
     };
     Ok(Learned {
         fit: Contents {
             ridge: Some(Ridge {
-                precision: arena.floats(&mean_precision),
-                difference_precision: arena.floats(&difference_precision),
+                precision: job.arena.floats(&mean_precision),
+                difference_precision: job.arena.floats(&difference_precision),
                 center: Floats::default(),
                 rows: PackedRows::default(),
                 basis_checksum: subset.basis.checksum(),

@@ -1,13 +1,15 @@
 //! Tasks from their readings to their losses: coefficients, the evidence of the readings, losses, and their gradient.
 
 use glimpse_core::fit::coefficient_net::dropout_gain;
-use glimpse_fitting::linear::{ComponentsAt, add_scaled, bounded_precision};
+use glimpse_fitting::linear::bounded_precision;
 use glimpse_kernels::ModelKernels;
 use glimpse_kernels::completion::{
-    Batch, CompletionWeights, Shape, activate, coefficient_net_adjoint, complete, start_net_adjoint,
+    Batch, CompletionWeights, activate, coefficient_net_adjoint, complete, start_net_adjoint,
 };
+use glimpse_kernels::components::component_loss;
 use glimpse_kernels::lanes::WIDTH;
 use glimpse_kernels::samples::SampleOctets;
+use glimpse_materials::lists::add_scaled;
 
 use super::dataset::{LossDirections, Subset};
 use super::hyperparameters::Hyperparameters;
@@ -53,35 +55,11 @@ pub(super) struct Prepared<'v> {
     pub(super) correction: Correction,
     /// The precisions of the ridge fit at [random directions](super::objective::PriorObjective::random_directions).
     pub(super) random_directions: Option<[&'v [f32]; 2]>,
+    /// The weight of the loss before the refinement.
+    pub(super) auxiliary_weight: f32,
 }
 
-impl<'v> Prepared<'v> {
-    /// Prepares meta-parameters at a pattern.
-    pub(super) fn new(
-        subset: &'v Subset<'v>,
-        shape: Shape,
-        values: &'v MetaValues,
-        pattern: SamplePattern,
-        random_directions: Option<[&'v [f32]; 2]>,
-    ) -> Self {
-        let components = subset.basis.components();
-        let hyperparameters = Hyperparameters::decode(&values.hyperparameters, components);
-        let at = ComponentsAt::new(&subset.basis, pattern.angles.clone());
-        Self {
-            subset,
-            correction: Correction::new(at, shape.components, &hyperparameters.precision),
-            values,
-            weights: CompletionWeights {
-                shape,
-                coefficient_net: &values.coefficient_net,
-                start_net: &values.start_net,
-            },
-            hyperparameters,
-            pattern,
-            random_directions,
-        }
-    }
-
+impl Prepared<'_> {
     /// Simulates all readings of a task, including missing ones.
     pub(super) fn read(&self, task: &TrainingTask) -> Vec<TaskReading> {
         let dataset = self.subset.dataset;
@@ -202,7 +180,8 @@ impl<'a> CompletedTasks<'a> {
     ) -> WeightedLoss {
         let task = &self.tasks[index];
         let values = task.values(directions.pool);
-        let [loss, black] = directions.table.loss(
+        let [loss, black] = component_loss(
+            &directions.table,
             &self.corrected[index].coefficients,
             &task.octets,
             &values,
@@ -264,15 +243,6 @@ impl<'a> CompletedTasks<'a> {
     }
 }
 
-/// The terms of a task's loss.
-#[derive(Clone, Copy)]
-pub(super) struct Terms {
-    /// The refinement; None for the loss of the coefficients.
-    pub(super) refinement: Option<&'static ModelKernels>,
-    /// The weight of the loss before the refinement in the gradient. The weight of the loss after it is 1.
-    pub(super) auxiliary_weight: f32,
-}
-
 /// The sum of losses of tasks, and its gradient.
 struct ChunkGradient<'a> {
     tasks: CompletedTasks<'a>,
@@ -288,7 +258,7 @@ struct ChunkGradient<'a> {
 pub(super) fn chunk_gradient(
     prepared: &Prepared<'_>,
     tasks: &[TrainingTask],
-    terms: Terms,
+    refinement: Option<&'static ModelKernels>,
 ) -> (f32, MetaValues) {
     let readings = prepared.read_all(tasks);
     let mut sum = ChunkGradient {
@@ -298,9 +268,9 @@ pub(super) fn chunk_gradient(
         hyperparameters: prepared.hyperparameters.zeros(),
         angles: vec![[0.0; 3]; prepared.weights.shape.samples],
     };
-    let by_coefficients = (0..tasks.len()).map(|index| sum.add_task(index, terms));
+    let by_coefficients = (0..tasks.len()).map(|index| sum.add_task(index, refinement));
     let mut by_coefficients: Vec<Vec<f32>> = by_coefficients.collect();
-    if terms.refinement.is_some() {
+    if refinement.is_some() {
         by_coefficients = sum.start_net_adjoint(&by_coefficients);
     }
     if prepared.random_directions.is_none() {
@@ -314,7 +284,7 @@ pub(super) fn chunk_gradient(
 impl ChunkGradient<'_> {
     /// Adds the loss of a task, and its gradient with respect to all but the nets. Returns the gradient with respect to the
     /// coefficients, without that by way of the StartNet.
-    fn add_task(&mut self, index: usize, terms: Terms) -> Vec<f32> {
+    fn add_task(&mut self, index: usize, refinement: Option<&'static ModelKernels>) -> Vec<f32> {
         let prepared = self.tasks.prepared;
         let LossDirections { pool, table } = &prepared.subset.training;
         let task = &self.tasks.tasks[index];
@@ -325,7 +295,8 @@ impl ChunkGradient<'_> {
         let (loss, weight) = if prepared.random_directions.is_some() {
             (0.0, task_weight(loss_of_black(&outer)))
         } else {
-            let [loss, black] = table.loss(
+            let [loss, black] = component_loss(
+                table,
                 coefficients,
                 &task.octets,
                 outer.values,
@@ -334,7 +305,7 @@ impl ChunkGradient<'_> {
             );
             (loss, task_weight(black) * task.reading_weight())
         };
-        let refined = terms.refinement.zip(self.tasks.inputs(index));
+        let refined = refinement.zip(self.tasks.inputs(index));
         let Some((kernels, inputs)) = refined else {
             by_coefficients
                 .iter_mut()
@@ -342,7 +313,7 @@ impl ChunkGradient<'_> {
             self.loss += weight * loss;
             return by_coefficients;
         };
-        let share = terms.auxiliary_weight * weight;
+        let share = prepared.auxiliary_weight * weight;
         by_coefficients.iter_mut().for_each(|entry| *entry *= share);
         let refined = refinement::gradient(kernels, &inputs, &outer);
         add_scaled(&mut by_coefficients, weight, &refined.coefficients);

@@ -200,17 +200,10 @@ impl<'t> HeldOut<'t> {
         let stream = u64::MAX - 1 - trained.index as u64;
         let mut random = random_stream(self.options.seed, stream);
         let samples = self.options.samples;
+        let counts = [samples, ROUGH_OUTER_SAMPLES];
         let draw = |_| {
-            TrainingTask::random(
-                &self.dataset.pool,
-                &groups,
-                &self.dataset.reading_options,
-                [samples, ROUGH_OUTER_SAMPLES],
-                Dropout::TailOrFew,
-                &mut random,
-            )
-            .with_roughness(&mut random)
-            .ending_after(samples)
+            let task = (self.dataset).draw_task(&groups, counts, Dropout::TailOrFew, &mut random);
+            task.with_roughness(&mut random).ending_after(samples)
         };
         (0..ROUGH_TASKS).map(draw).collect()
     }

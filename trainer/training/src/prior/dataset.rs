@@ -8,12 +8,13 @@ use glimpse_materials::basis::BasisTable;
 use glimpse_materials::sampling::{sphere_view_samples, uniform_valid};
 use glimpse_materials::{Material, Procedural};
 use nalgebra::DMatrix;
+use rand_chacha::ChaCha8Rng;
 
 use super::refinement::VirtualReadings;
 use crate::linear::{Columns, principal_components};
 use crate::tasks::highlight_warp::HighlightWarp;
 use crate::tasks::pool::WarpedPool;
-use crate::tasks::task::{MaterialGroup, ReadingOptions};
+use crate::tasks::task::{Dropout, MaterialGroup, ReadingOptions, TrainingTask};
 
 /// The number of training directions that are uniform, as in the loss, for each one that is distributed like those of a
 /// rendered sphere.
@@ -124,6 +125,18 @@ impl Dataset {
             classes: Vec::new(),
             reading_options,
         }
+    }
+
+    /// Draws a random task of some groups; see [`TrainingTask::random`].
+    pub(super) fn draw_task(
+        &self,
+        groups: &[MaterialGroup],
+        counts: [usize; 2],
+        dropout: Dropout,
+        random: &mut ChaCha8Rng,
+    ) -> TrainingTask {
+        let options = &self.reading_options;
+        TrainingTask::random(&self.pool, groups, options, counts, dropout, random)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The hyperparameters of schedule prior: positive numbers, whose logarithms are trained.
 
 use glimpse_core::section::MIN_PRECISION;
-use glimpse_fitting::linear::add_scaled;
+use glimpse_materials::lists::add_scaled;
 
 /// The largest hyperparameter in a recipe.
 const MAX_HYPERPARAMETER: f32 = 1e4;

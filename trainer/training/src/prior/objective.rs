@@ -3,24 +3,26 @@
 
 use glimpse_core::fit::{GaussNewton, Start};
 use glimpse_core::model::ModelKind;
+use glimpse_fitting::linear::ComponentsAt;
 use glimpse_fitting::recipe::expected_loss::LossEstimate;
 use glimpse_fitting::recipe::options::TrainingOptions;
-use glimpse_fitting::recipe::sections::Arena;
+use glimpse_fitting::recipe::sections::{Arena, count};
 use glimpse_kernels::ModelKernels;
-use glimpse_kernels::completion::Shape;
+use glimpse_kernels::completion::{CompletionWeights, Shape};
 use glimpse_materials::sampling::{random_stream, uniform_valid};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::completed_tasks::{
-    CompletedTasks, Prepared, Terms, WeightedLoss, chunk_gradient, weighted_mean,
+    CompletedTasks, Prepared, WeightedLoss, chunk_gradient, weighted_mean,
 };
-use super::dataset::{LossDirections, Subset};
+use super::dataset::Subset;
 use super::hyperparameters::Hyperparameters;
 use super::initial_weights::initial_weights;
-use super::refinement::{choose_initial, initial_hyperparameters, section};
+use super::refinement::{STEPS, choose_initial, initial_hyperparameters};
 use super::sample_order::greedy_order;
+use crate::correction::Correction;
 use crate::initialization::initial_guess;
 use crate::outer::{MetaValues, OuterStep, scaled_sum};
 use crate::pattern::{Reach, SamplePattern};
@@ -134,8 +136,23 @@ impl<'a> PriorObjective<'a> {
     }
 
     fn prepare<'v>(&'v self, values: &'v MetaValues, pattern: SamplePattern) -> Prepared<'v> {
-        let Self { subset, shape, .. } = self;
-        Prepared::new(subset, *shape, values, pattern, self.random_directions)
+        let (basis, shape) = (&self.subset.basis, self.shape);
+        let hyperparameters = Hyperparameters::decode(&values.hyperparameters, basis.components());
+        let at = ComponentsAt::new(basis, pattern.angles.clone());
+        Prepared {
+            subset: self.subset,
+            correction: Correction::new(at, shape.components, &hyperparameters.precision),
+            values,
+            weights: CompletionWeights {
+                shape,
+                coefficient_net: &values.coefficient_net,
+                start_net: &values.start_net,
+            },
+            hyperparameters,
+            pattern,
+            random_directions: self.random_directions,
+            auxiliary_weight: self.auxiliary_weight,
+        }
     }
 
     /// Returns initial meta-parameters. `guess` is the index of an independent initialization. The earlier run may have
@@ -180,11 +197,19 @@ impl<'a> PriorObjective<'a> {
     ) -> Option<(Start<'s>, GaussNewton<'s>)> {
         let components = self.subset.basis.components();
         let steps = Hyperparameters::decode(&values.hyperparameters, components).steps?;
-        let (initial, readings) = (&values.initial, &self.subset.virtual_readings);
-        Some((
-            arena.start(self.shape, &values.start_net),
-            section(self.refinement?.model, arena, initial, &steps, readings),
-        ))
+        let at = &self.subset.virtual_readings.at;
+        let gauss_newton = GaussNewton {
+            model: self.refinement?.model,
+            steps: count(STEPS),
+            initial: arena.floats(&values.initial),
+            precision: arena.floats(&steps.precision),
+            reading_weight: steps.reading_weight,
+            error_scale: steps.error_scale,
+            directions: arena.angles(&at.angles),
+            center: arena.floats(&at.means()),
+            rows: arena.rows(at),
+        };
+        Some((arena.start(self.shape, &values.start_net), gauss_newton))
     }
 
     /// Returns meta-parameters, or their moments, with the samples in another order, given as indices.
@@ -241,8 +266,7 @@ impl<'a> PriorObjective<'a> {
         let tasks = self.plain_tasks(&materials, ORDER_OCTET_STRIDE);
         let mut random = random_stream(self.streams.seed, INITIAL_STREAM);
         choose_initial(kernels.model, values, &mut random, |values| {
-            let directions = &self.subset.validation;
-            weighted_mean(&self.losses(values, &tasks, self.refinement, directions))
+            weighted_mean(&self.losses(values, &tasks, self.refinement))
         })
     }
 
@@ -255,66 +279,43 @@ impl<'a> PriorObjective<'a> {
         outer_step: OuterStep,
         options: StepOptions,
     ) -> (f32, MetaValues) {
-        let terms = Terms {
-            refinement: self.refinement.filter(|_| options.is_refined),
-            auxiliary_weight: self.auxiliary_weight,
-        };
+        let refinement = self.refinement.filter(|_| options.is_refined);
         let share = 1.0 / outer_step.batch as f32;
+        let Subset {
+            dataset, groups, ..
+        } = self.subset;
+        let draw = |samples, random: &mut ChaCha8Rng| {
+            let counts = [samples, options.outer_samples];
+            dataset.draw_task(groups, counts, options.dropout, random)
+        };
         if self.random_directions.is_some() {
             let chunks = (0..outer_step.batch).into_par_iter().step_by(CHUNK);
             let chunks = chunks.map(|first| {
                 let count = CHUNK.min(outer_step.batch - first);
                 let random = &mut self.streams.slot(outer_step, first + 1);
-                let (pattern, tasks) = self.random_tasks(count, options, random);
-                chunk_gradient(&self.prepare(values, pattern), &tasks, terms)
+                let [min, max] = RANDOM_READINGS;
+                let samples = (min * (max / min).powf(random.random())) as usize;
+                let angles = uniform_valid(samples, random.random());
+                let prepared = self.prepare(values, SamplePattern::new(&Reach::ANY, angles));
+                let tasks = (0..count).map(|_| draw(samples, random).ending_after(samples));
+                chunk_gradient(&prepared, &tasks.collect::<Vec<_>>(), refinement)
             });
             return scaled_sum(share, &chunks.collect::<Vec<_>>());
         }
         let prepared = self.prepare(values, self.reach.pattern(&values.pattern));
         let tasks = (0..outer_step.batch).map(|slot| {
             let random = &mut self.streams.slot(outer_step, slot + 1);
-            self.draw_task(self.shape.samples, options, random)
+            draw(self.shape.samples, random)
         });
         let tasks: Vec<TrainingTask> = tasks.collect();
         let chunks = tasks.par_chunks(CHUNK);
-        let chunks = chunks.map(|tasks| chunk_gradient(&prepared, tasks, terms));
+        let chunks = chunks.map(|tasks| chunk_gradient(&prepared, tasks, refinement));
         let (loss, mut gradient) = scaled_sum(share, &chunks.collect::<Vec<_>>());
         let (by_angles, _) = gradient.pattern.as_chunks();
         gradient.pattern = prepared
             .pattern
             .gradient_by_logits(|sample| by_angles[sample]);
         (loss, gradient)
-    }
-
-    fn draw_task(
-        &self,
-        samples: usize,
-        options: StepOptions,
-        random: &mut ChaCha8Rng,
-    ) -> TrainingTask {
-        TrainingTask::random(
-            &self.subset.dataset.pool,
-            &self.subset.groups,
-            &self.subset.dataset.reading_options,
-            [samples, options.outer_samples],
-            options.dropout,
-            random,
-        )
-    }
-
-    /// Draws random directions, and tasks with readings at all of them.
-    fn random_tasks(
-        &self,
-        count: usize,
-        options: StepOptions,
-        random: &mut ChaCha8Rng,
-    ) -> (SamplePattern, Vec<TrainingTask>) {
-        let [min, max] = RANDOM_READINGS;
-        let samples = (min * (max / min).powf(random.random())) as usize;
-        let pattern = SamplePattern::new(&Reach::ANY, uniform_valid(samples, random.random()));
-        let tasks = (0..count).map(|_| self.draw_task(samples, options, random));
-        let tasks = tasks.map(|task| task.ending_after(samples));
-        (pattern, tasks.collect())
     }
 
     /// Calls a function for each task, with the chunk of tasks that contains it and the index there.
@@ -334,16 +335,15 @@ impl<'a> PriorObjective<'a> {
         results.collect()
     }
 
-    /// Returns the unweighted loss and the weight of each task at some directions.
+    /// Returns the unweighted loss and the weight of each task at the validation directions.
     fn losses(
         &self,
         values: &MetaValues,
         tasks: &[TrainingTask],
         refinement: Option<&'static ModelKernels>,
-        directions: &LossDirections<'_>,
     ) -> Vec<WeightedLoss> {
         self.map_tasks(values, tasks, |completed, index| {
-            completed.loss(index, refinement, directions)
+            completed.loss(index, refinement, &self.subset.validation)
         })
     }
 
@@ -354,7 +354,7 @@ impl<'a> PriorObjective<'a> {
         let motion = self.motion.as_ref();
         let factor = motion.map_or(1.0, |motion| motion.selection_factor(&values.pattern));
         let tasks = self.plain_tasks(&self.subset.validation_materials, 1);
-        factor * weighted_mean(&self.losses(values, &tasks, None, &self.subset.validation))
+        factor * weighted_mean(&self.losses(values, &tasks, None))
     }
 
     /// Returns the unweighted mean loss on the validation materials. For a fold they are unseen; otherwise they are the
@@ -362,7 +362,7 @@ impl<'a> PriorObjective<'a> {
     #[must_use]
     pub fn expected_loss(&self, values: &MetaValues) -> LossEstimate {
         let tasks = self.plain_tasks(&self.subset.validation_materials, 1);
-        let losses = self.losses(values, &tasks, self.refinement, &self.subset.validation);
+        let losses = self.losses(values, &tasks, self.refinement);
         LossEstimate::of(&losses.iter().map(|task| task.loss).collect::<Vec<_>>())
     }
 

@@ -1,17 +1,16 @@
 //! Refinement of completed coefficients: Gauss-Newton steps from initial parameters chosen by the StartNet, toward
 //! readings of the pattern and virtual ones, which are the completed coefficients at fixed directions.
 
-use glimpse_core::fit;
-use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::linear::unmap;
 use glimpse_core::model::{ModelKind, SampleGradient};
 use glimpse_fitting::linear::ComponentsAt;
-use glimpse_fitting::recipe::sections::{Arena, count};
 use glimpse_kernels::gauss_newton::{FitGradient, GaussNewtonSteps, OctetAdjoint};
 use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, SampleOctets, transpose_rgb};
 use glimpse_kernels::{Dual, ModelKernels};
 use glimpse_materials::basis::BasisTable;
+use glimpse_materials::half_differences;
+use glimpse_materials::lists::{add_scaled, dot};
 use glimpse_materials::sampling::{sobol_valid, sphere_view_samples};
 use rand_chacha::ChaCha8Rng;
 
@@ -21,7 +20,7 @@ use crate::outer::MetaValues;
 use crate::tasks::samples::WeightedSamples;
 
 /// The number of Gauss-Newton steps.
-const STEPS: usize = 2;
+pub(super) const STEPS: usize = 2;
 /// The precision of each parameter before training.
 const INITIAL_PRECISION: f32 = 0.02;
 /// The error scale before training.
@@ -56,8 +55,7 @@ impl VirtualReadings {
         let on_sphere = (SPHERE_SHARE * count as f32) as usize;
         let mut angles = sobol_valid(count - on_sphere, SEED);
         angles.extend(sphere_view_samples(on_sphere, SEED.into()));
-        let directions = angles.iter().copied().map(HalfDifference::from_angles);
-        let directions: Vec<HalfDifference<f32>> = directions.collect();
+        let directions = half_differences(&angles);
         Self {
             octet_directions: directions.chunks(WIDTH).map(Octet::transpose).collect(),
             at: ComponentsAt::new(basis, angles),
@@ -76,10 +74,8 @@ impl VirtualReadings {
                 let mut slopes = [0.0; 3];
                 let channels = coefficients.chunks_exact(components);
                 for ((value, slope), channel) in values.iter_mut().zip(&mut slopes).zip(channels) {
-                    let products = row.iter().zip(channel);
-                    let sum: f32 = products.map(|(entry, a)| entry * a).sum();
                     let mapped = Dual {
-                        value: center.value + sum,
+                        value: center.value + dot(row, channel),
                         tangent: [1.0],
                     };
                     let brdf = unmap(mapped, Dual::from_value(cosines.value));
@@ -91,26 +87,6 @@ impl VirtualReadings {
         VirtualValues {
             octets: values.chunks(WIDTH).map(transpose_rgb).collect(),
             slopes,
-        }
-    }
-
-    /// Adds the gradient with respect to the coefficients, given the derivative with respect to the BRDF of each
-    /// direction.
-    pub fn add_gradient(
-        &self,
-        values: &VirtualValues,
-        by_brdf: impl Iterator<Item = [f32; 3]>,
-        by_coefficients: &mut [f32],
-    ) {
-        let rows = self.at.rows.chunks_exact(self.at.components);
-        for ((row, slopes), by_brdf) in rows.zip(&values.slopes).zip(by_brdf) {
-            let channels = by_coefficients.chunks_exact_mut(self.at.components);
-            for ((channel, slope), by_f) in channels.zip(slopes).zip(by_brdf) {
-                let factor = slope * by_f;
-                for (entry, component) in channel.iter_mut().zip(row) {
-                    *entry += factor * component;
-                }
-            }
         }
     }
 }
@@ -204,28 +180,6 @@ pub(super) fn choose_initial(
     values
 }
 
-/// Returns the section of a recipe.
-pub(super) fn section<'a>(
-    model: ModelKind,
-    arena: &'a Arena,
-    initial: &[f32],
-    hyperparameters: &StepParameters,
-    virtual_readings: &VirtualReadings,
-) -> fit::GaussNewton<'a> {
-    let at = &virtual_readings.at;
-    fit::GaussNewton {
-        model,
-        steps: count(STEPS),
-        initial: arena.floats(initial),
-        precision: arena.floats(&hyperparameters.precision),
-        reading_weight: hyperparameters.reading_weight,
-        error_scale: hyperparameters.error_scale,
-        directions: arena.angles(&at.angles),
-        center: arena.floats(&at.means()),
-        rows: arena.rows(at),
-    }
-}
-
 /// Returns the loss after the fit on the `outer` samples.
 pub(super) fn loss(
     kernels: &ModelKernels,
@@ -264,9 +218,14 @@ pub(super) fn gradient(
         let measured = octet.sample.measured;
         (0..WIDTH).map(move |lane| measured.map(|by_channel| by_channel.0[lane]))
     });
-    inputs
-        .virtual_readings
-        .add_gradient(&values, by_brdf, &mut coefficients);
+    let at = &inputs.virtual_readings.at;
+    let rows = at.rows.chunks_exact(at.components);
+    for ((row, slopes), by_brdf) in rows.zip(&values.slopes).zip(by_brdf) {
+        let channels = coefficients.chunks_exact_mut(at.components);
+        for ((channel, slope), by_f) in channels.zip(slopes).zip(by_brdf) {
+            add_scaled(channel, slope * by_f, row);
+        }
+    }
     // The weight of a present reading is proportional to the hyperparameter.
     let own = inputs.readings.octets();
     let mut by_weight = 0.0;

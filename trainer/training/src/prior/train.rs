@@ -6,10 +6,9 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Contents;
 use glimpse_fitting::linear::{ComponentsAt, to_host_bytes};
 use glimpse_fitting::recipe::expected_loss::{LossEstimate, ValidatedLoss, ValidationSplit};
-use glimpse_fitting::recipe::options::{Effort, TrainingOptions};
-use glimpse_fitting::recipe::sections::Arena;
+use glimpse_fitting::recipe::options::Effort;
 use glimpse_materials::basis::BasisTable;
-use glimpse_materials::{Material, rows};
+use glimpse_materials::rows;
 use glimpse_optimizer::Groups;
 use serde::Deserialize;
 
@@ -17,6 +16,7 @@ use super::cross_validation::{FOLDS, Fold, HeldOut, TrainedFold, folds};
 use super::dataset::{Dataset, Subset};
 use super::hyperparameters::Hyperparameters;
 use super::objective::{COMPONENTS, OUTER_SAMPLES, PriorObjective, RANDOM_TASKS, StepOptions};
+use crate::job::Job;
 use crate::loss_predictor::{HeldOutLoss, LossPredictor};
 use crate::outer::{Criterion, Gradient, PathOfSamples, Phase, PhaseStart, Session};
 use crate::result::{Learned, TrainError};
@@ -33,23 +33,25 @@ const MAX_DEVICE_SAMPLES: usize = 64;
 ///
 /// # Errors
 /// If the run is stopped, or a checkpoint cannot be read or written.
-pub(crate) fn train<'a>(
-    arena: &'a Arena,
-    options: &TrainingOptions,
-    materials: Vec<Box<dyn Material>>,
-    session: &mut Session<'_, '_>,
-) -> Result<Learned<'a>, TrainError> {
-    let dataset = Dataset::of(materials, options);
-    let folds = folds(dataset.training_count, &options.source_shares, options.seed);
-    let steps = Steps::of(options.effort, options.model);
-    session.total = steps.patterns as usize * steps.search
+pub(crate) fn train<'a>(mut job: Job<'a, '_>) -> Result<Learned<'a>, TrainError> {
+    let dataset = Dataset::of(job.materials, job.options);
+    let folds = folds(
+        dataset.training_count,
+        &job.options.source_shares,
+        job.options.seed,
+    );
+    let steps = Steps::of(job.options.effort, job.options.model);
+    job.session.total = steps.patterns as usize * steps.search
         + steps.coefficient_net
         + steps.start_net
         + folds.len() * steps.fold.iter().sum::<usize>();
 
-    let components = corrected_components(options);
+    let components = match job.options.model {
+        ModelKind::Linear if job.options.samples > MAX_DEVICE_SAMPLES => MAX_CORRECTED_COMPONENTS,
+        _ => COMPONENTS,
+    };
     let all = Subset::without(&dataset, components, &[]);
-    let objective = PriorObjective::new(&all, options);
+    let objective = PriorObjective::new(&all, job.options);
     let run =
         |session: &mut Session<'_, '_>, objective: &PriorObjective<'_>, phases: &[Phase<'_>]| {
             let permute = |values, order: &[usize]| objective.permute_samples(values, order);
@@ -59,9 +61,13 @@ pub(crate) fn train<'a>(
             });
             session.run(objective.initial_values(0), phases, path)
         };
-    let values = run(session, &objective, &phases(&objective, options.effort))?;
+    let values = run(
+        &mut job.session,
+        &objective,
+        &phases(&objective, job.options.effort),
+    )?;
     let expected_loss = objective.expected_loss(&values);
-    let mut held_out = HeldOut::new(&dataset, options);
+    let mut held_out = HeldOut::new(&dataset, job.options);
     for (index, Fold { materials, origin }) in folds.iter().enumerate() {
         // The classes of procedural materials that are left out with the fold.
         let classes: Vec<usize> = (dataset.training_count..dataset.materials.len())
@@ -70,10 +76,10 @@ pub(crate) fn train<'a>(
         let subset = Subset::without(&dataset, components, &[&materials[..], &classes].concat());
         let fold_objective = PriorObjective {
             earlier: Some(&values),
-            ..PriorObjective::new(&subset, options)
+            ..PriorObjective::new(&subset, job.options)
         };
-        let fold_phases = fold_phases(&fold_objective, options.effort);
-        let fold_values = run(session, &fold_objective, &fold_phases)?;
+        let fold_phases = fold_phases(&fold_objective, job.options.effort);
+        let fold_values = run(&mut job.session, &fold_objective, &fold_phases)?;
         held_out.add(&TrainedFold {
             index,
             full: (&objective, &values),
@@ -87,7 +93,7 @@ pub(crate) fn train<'a>(
     let expected_loss = validated_loss(expected_loss, &held_out.complete);
     let pattern = objective.reach.reachable_angles(&values.pattern);
     let hyperparameters = Hyperparameters::decode(&values.hyperparameters, all.basis.components());
-    let refinement = objective.sections(arena, &values);
+    let refinement = objective.sections(job.arena, &values);
     let basis = refinement.is_none().then_some(&all.basis);
     let checksum = basis.map_or(0, BasisTable::checksum);
     let at = ComponentsAt::new(&all.basis, pattern.clone());
@@ -95,10 +101,10 @@ pub(crate) fn train<'a>(
         pattern,
         fit: Contents {
             ridge: Some(Ridge {
-                rows: arena.rows(&at),
-                ..arena.ridge(&at, &hyperparameters.precision, checksum)
+                rows: job.arena.rows(&at),
+                ..job.arena.ridge(&at, &hyperparameters.precision, checksum)
             }),
-            net: Some(arena.net(
+            net: Some(job.arena.net(
                 objective.shape,
                 &values.coefficient_net,
                 dataset.reading_options.tolerates_missing(),
@@ -109,23 +115,14 @@ pub(crate) fn train<'a>(
             ..Contents::default()
         },
         loss_predictor: LossPredictor::new(&held_out.complete, FOLDS).map(|predictor| {
-            let counts = options.source_shares.iter().map(|each| each.materials);
+            let counts = job.options.source_shares.iter().map(|each| each.materials);
             predictor
                 .with_sources(&held_out.complete, &counts.collect::<Vec<_>>())
-                .with_partial(&held_out.partial, options.samples)
+                .with_partial(&held_out.partial, job.options.samples)
         }),
         basis: basis.map(to_host_bytes),
         expected_loss: Some(expected_loss),
     })
-}
-
-/// Returns the number of components of the correction, K.
-fn corrected_components(options: &TrainingOptions) -> usize {
-    if options.model == ModelKind::Linear && options.samples > MAX_DEVICE_SAMPLES {
-        MAX_CORRECTED_COMPONENTS
-    } else {
-        COMPONENTS
-    }
 }
 
 /// Returns the mean held-out loss of plain materials, or the loss on all training materials without folds.

@@ -1,5 +1,6 @@
 //! The augmented material of a task, at all directions.
 
+use glimpse_materials::half_differences;
 use std::sync::Arc;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
@@ -42,8 +43,7 @@ impl Brdf for TaskMaterial {
         let angles: Vec<Angles<f32>> = at.iter().map(angles_of).collect();
         let [own, partner] = self.parts().map(|(material, warp)| {
             let warped = angles.iter().map(|angles| warp.angles(*angles).0);
-            let warped: Vec<_> = warped.map(HalfDifference::from_angles).collect();
-            material.values_at(&warped)
+            material.values_at(&half_differences(warped))
         });
         let constant = |brdf| (brdf, [[0.0; 3]; 3]);
         let pairs = angles.into_iter().zip(own.into_iter().zip(partner));

@@ -3,6 +3,7 @@
 //! A material is evaluated on first use, so that training starts before thousands of materials or large files are read.
 //! The order of evaluation does not affect the values.
 
+use glimpse_materials::half_differences;
 use std::sync::{Arc, OnceLock};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
@@ -40,9 +41,6 @@ pub fn field_terms<S: Scalar>(direction: &HalfDifference<S>) -> [S; FIELD_TERMS]
     ]
 }
 
-/// The BRDF of a material at the pool, in octets.
-type Values = Vec<OctetRgb>;
-
 /// Materials at a pool of directions, each with every highlight warp.
 pub struct WarpedPool {
     /// The directions in octets.
@@ -55,7 +53,7 @@ pub struct WarpedPool {
     /// The directions at which unwarped materials are evaluated, for each highlight warp.
     directions: Vec<Vec<HalfDifference<f32>>>,
     /// The BRDF of each material with each highlight warp, evaluated on first use.
-    values: Vec<Vec<OnceLock<Values>>>,
+    values: Vec<Vec<OnceLock<Vec<OctetRgb>>>>,
 }
 
 impl WarpedPool {
@@ -74,9 +72,8 @@ impl WarpedPool {
         } else {
             &warps[..1]
         };
-        let directions_of = |warp: &HighlightWarp| -> Vec<HalfDifference<f32>> {
-            let warped = angles.iter().map(|angles| warp.angles(*angles).0);
-            warped.map(HalfDifference::from_angles).collect()
+        let directions_of = |warp: &HighlightWarp| {
+            half_differences(angles.iter().map(|angles| warp.angles(*angles).0))
         };
         let values = (0..materials.len()).map(|index| {
             let count = if index < warped_count { warps.len() } else { 1 };

@@ -5,6 +5,7 @@ use glimpse_core::model::linear::EPSILON;
 use glimpse_core::numeric::Scalar;
 use glimpse_fitting::linear::ComponentsAt;
 use glimpse_kernels::{AngleDual, Dual};
+use glimpse_materials::lists::add_scaled;
 use glimpse_materials::{BrdfWithDerivative, Material, quantize};
 
 use super::highlight_warp::HighlightWarp;
@@ -130,9 +131,7 @@ pub(super) fn mix_channel(
     };
     if let Some((brdf, derivatives)) = partner {
         y.value += share * brdf[channel];
-        for (sum, derivative) in y.tangent.iter_mut().zip(derivatives[channel]) {
-            *sum += share * derivative;
-        }
+        add_scaled(&mut y.tangent, share, &derivatives[channel]);
     }
     y
 }

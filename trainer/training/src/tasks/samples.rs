@@ -1,8 +1,8 @@
 //! Samples of a material with weights, in the layout of the kernels.
 
+use glimpse_materials::half_differences;
 use std::borrow::Cow;
 
-use glimpse_core::geometry::HalfDifference;
 use glimpse_kernels::lanes::{InstructionSet, Octet, OctetDirections, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, SampleOctets, transpose_rgb};
 use glimpse_materials::Material;
@@ -70,8 +70,7 @@ impl SampledMaterial {
     #[must_use]
     pub fn new(material: &dyn Material, size: usize, seed: u64) -> Self {
         let angles = uniform_valid(size.next_multiple_of(WIDTH), seed);
-        let directions = angles.iter().copied().map(HalfDifference::from_angles);
-        let directions: Vec<HalfDifference<f32>> = directions.collect();
+        let directions = half_differences(&angles);
         let brdf: Vec<[f32; 3]> = angles.iter().map(|at| material.at_angles(*at)).collect();
         Self {
             at: directions.chunks(WIDTH).map(Octet::transpose).collect(),

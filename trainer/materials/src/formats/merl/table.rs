@@ -7,7 +7,8 @@ use std::sync::LazyLock;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use rayon::prelude::*;
 
-use crate::error::{Defect, index_of};
+use crate::error::Defect;
+use crate::lists::{add_scaled, indices};
 
 /// The number of nodes along theta_h, theta_d and phi_d.
 pub(super) const NODES: [usize; 3] = [90, 90, 180];
@@ -140,9 +141,7 @@ fn mean_of_neighbors(bytes: &[u8], index: usize) -> Option<[f64; 3]> {
     let (mut sum, mut total) = ([0.0; 3], 0.0);
     for (weight, values) in used.flatten().flatten() {
         total += weight;
-        for (sum, value) in sum.iter_mut().zip(values) {
-            *sum += weight * value;
-        }
+        add_scaled(&mut sum, *weight, values);
     }
     (total > 0.0).then(|| sum.map(|sum| sum / total))
 }
@@ -232,7 +231,7 @@ impl Form {
 
 /// Describes the color and the angles of a value.
 fn place(position: usize) -> String {
-    let index = index_of(position, &[3, NODES[0], NODES[1], NODES[2]]);
+    let index = indices(position, [3, NODES[0], NODES[1], NODES[2]]);
     format!(
         "{} at theta_h {:.3}, theta_d {} and phi_d {} degrees",
         CHANNELS[index[0]],

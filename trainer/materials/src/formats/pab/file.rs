@@ -9,7 +9,7 @@ use crate::SourceError;
 use crate::color::{FROM_XYZ, product};
 use crate::error::{Defect, ensure, entries, read_error};
 use crate::files::directory_of;
-use crate::untrusted::{self, escaped, is_valid_name};
+use crate::untrusted::{self, escaped, is_text, is_valid_name};
 
 /// The starts of header lines that identify the format.
 const SIGNATURES: [&str; 4] = [
@@ -26,8 +26,7 @@ pub(super) const SET_THETA_I: &str = "#set_intheta";
 
 /// Returns true if the first bytes of a file contain one of [`SIGNATURES`].
 pub(crate) fn has_signature(head: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(head);
-    text.starts_with('#') && SIGNATURES.iter().any(|signature| text.contains(signature))
+    is_text(head, "#", &SIGNATURES)
 }
 
 /// Returns the name of the sample in a file's header; None if it is empty.

@@ -9,6 +9,7 @@ use super::file::{Incidence, OutgoingValue, SET_THETA_I, files_of, sample_name_o
 use super::{ANGLE_TOLERANCE, direction};
 use crate::error::{Defect, read_text};
 use crate::formats::rgl::{RglMeasurement, to_rgl};
+use crate::lists::add_scaled;
 use crate::loss::coarse_directions;
 use crate::untrusted::escaped;
 use crate::{Brdf, Coverage, Material, Omission, SourceError, Tabulation};
@@ -273,9 +274,7 @@ impl ScatteredValues {
         for (squared_distance, _, brdf) in nearest {
             let weight = 1.0 / (squared_distance + 1e-12);
             total_weight += weight;
-            for (sum, value) in sum.iter_mut().zip(brdf) {
-                *sum += weight * f64::from(value);
-            }
+            add_scaled(&mut sum, weight, &brdf);
         }
         Some(sum.map(|sum| sum / total_weight))
     }

@@ -8,7 +8,8 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::error::{ensure, index_of};
+use crate::error::ensure;
+use crate::lists::indices;
 use crate::untrusted::escaped;
 
 pub(super) const MAGIC: &[u8] = b"tensor_file\0";
@@ -139,7 +140,7 @@ pub(super) fn check_values(
     match values.iter().position(|value| !is_valid(value)) {
         Some(position) => Err(format!(
             "element {:?} of its field {field} is {}, and must be {requirement}",
-            index_of(position, shape),
+            indices(position, shape.to_vec()),
             values[position]
         )),
         None => Ok(()),
