@@ -166,7 +166,7 @@ const CASES: [Case; 22] = [
         base: "photo set/a.png --chrome set/a.png --chrome-circle 23,23,20 --albedo 0.3",
         options: &[&[
             "--field-of-view 20",
-            "--compare fitted/material.json --out p.png --measurements set/a.csv",
+            "--compare fitted/material.json --out p.png --measurements read.csv",
         ]],
     },
     Case {
@@ -302,7 +302,7 @@ fn write_inputs(folder: &Folder) {
         "picture,x,y,z\na.png,0.2,0,1\nb.png,-0.5,0.5,1\n",
     );
     folder.succeed("render sphere procedural:1:3 --lights lamps.csv --size 48 --out set");
-    folder.succeed("photo set/a.png --lights set/lights.csv --out set/a.csv");
+    folder.succeed("photo set/a.png --lights set/lights.csv --out read.csv");
     folder.succeed("render sphere procedural:1:4 --out mask.png --size 48");
 }
 
