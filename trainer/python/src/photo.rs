@@ -45,41 +45,28 @@ pub(crate) fn photo<'py>(
     });
     let pictures: Vec<LinearPicture> = pictures.collect();
     let vectors = |argument, name| -> Result<Vec<[f64; 3]>> {
-        let array = rows(argument, name, (Some(count), 3), "")?;
-        Ok(array
-            .iter()
-            .copied()
-            .collect::<Vec<_>>()
-            .as_chunks()
-            .0
-            .to_vec())
+        let flat: Vec<f64> = rows(argument, name, (Some(count), 3), "")?
+            .into_iter()
+            .collect();
+        Ok(flat.as_chunks().0.to_vec())
     };
     let lights = vectors(lights, "lights")?;
-    let intensities = intensities
-        .map(|array| vectors(array, "intensities"))
-        .transpose()?;
+    let intensities = intensities.map(|array| vectors(array, "intensities"));
+    let intensities = intensities.transpose()?;
     let (readings, ball) = run_detached(py, || {
-        let given = circle.map(|[x, y, radius]| Ball {
-            center: [x, y],
-            radius,
-            camera: None,
-        });
-        let Some(ball) = given.or_else(|| Ball::find(&pictures)) else {
+        let found = circle.map(Ball::distant).or_else(|| Ball::find(&pictures));
+        let Some(mut ball) = found else {
             return reject("no circle is found: pass circle");
         };
-        let camera = field_of_view.map(|angle| Camera::new(angle, width, height));
-        let ball = Ball { camera, ..ball };
+        ball.camera = field_of_view.map(|angle| Camera::new(angle, width, height));
         let mut photographs = Vec::new();
         for (index, (picture, vector)) in pictures.into_iter().zip(lights).enumerate() {
-            let Some(light) = Light::new(vector, intensities.as_ref().map(|all| all[index])) else {
-                return reject(format!(
-                    "light {index} does not reach the visible half of the ball"
-                ));
-            };
+            let light = Light::new(vector, intensities.as_ref().map(|all| all[index]));
+            let invalid = || format!("light {index} does not reach the visible half of the ball");
             photographs.push(Photograph {
                 name: index.to_string(),
                 picture,
-                light,
+                light: light.map_or_else(|| reject(invalid()), Ok)?,
                 ball,
             });
         }

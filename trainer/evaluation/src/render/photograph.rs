@@ -12,11 +12,8 @@ use super::sphere::DIAMETER;
 /// [`render_sphere`](super::render_sphere).
 #[must_use]
 pub fn distant_ball(size: usize) -> Ball {
-    Ball {
-        center: [0.5 * (size as f64 - 1.0); 2],
-        radius: 0.5 * f64::from(DIAMETER) * size as f64,
-        camera: None,
-    }
+    let middle = 0.5 * (size as f64 - 1.0);
+    Ball::distant([middle, middle, 0.5 * f64::from(DIAMETER) * size as f64])
 }
 
 /// Photographs a ball of a material: the BRDF times cos(theta_i) and the light's intensity, or 1 if it is unknown, averaged over

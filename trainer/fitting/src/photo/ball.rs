@@ -71,6 +71,16 @@ impl Camera {
 }
 
 impl Ball {
+    /// Creates a ball with a circle as its outline, far from the camera.
+    #[must_use]
+    pub fn distant([x, y, radius]: [f64; 3]) -> Self {
+        Self {
+            center: [x, y],
+            radius,
+            camera: None,
+        }
+    }
+
     /// Returns what the picture shows at a position (right and down); None off the ball.
     #[must_use]
     pub fn view(&self, [x, y]: [f64; 2]) -> Option<PixelView> {

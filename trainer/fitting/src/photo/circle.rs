@@ -112,11 +112,8 @@ fn through(points: &[[f64; 2]]) -> Ball {
     let down = 0.5 * moment(|x, y| y * (x * x + y * y));
     let determinant = xx * yy - xy * xy;
     let [right, down] = [yy * right - xy * down, xx * down - xy * right].map(|c| c / determinant);
-    Ball {
-        center: [x + right, y + down],
-        radius: (right * right + down * down + xx + yy).sqrt(),
-        camera: None,
-    }
+    let radius = (right * right + down * down + xx + yy).sqrt();
+    Ball::distant([x + right, y + down, radius])
 }
 
 impl Ball {

@@ -42,11 +42,10 @@ const COLUMNS: [(&str, &str, usize); 11] = [
 /// one: with the lamp near the camera, and 45 and 90 degrees aside.
 ///
 /// PICTURES are PNG or TIFF of 16 bits, TIFF of floats, or OpenEXR, and linear: a pixel is
-/// proportional to the light, which a camera's JPEG is not. Convert raw files, all with the white
-/// balance that was fixed in the camera:
+/// proportional to the light, which a camera's JPEG is not. Convert raw files, all equally:
 ///
-///   dcraw -w -4 -T FILE.NEF
-///   rawpy: postprocess(gamma=(1, 1), no_auto_bright=True, output_bps=16, use_camera_wb=True)
+///   dcraw -4 -T FILE.NEF
+///   rawpy: postprocess(gamma=(1, 1), no_auto_bright=True, adjust_maximum_thr=0, output_bps=16)
 ///   darktable: TIFF of 16 bits, profile linear Rec709 RGB, without filmic and base curve
 ///
 /// LIGHTS.csv has the columns picture, x, y, z, and r, g, b if known: the direction toward the lamp

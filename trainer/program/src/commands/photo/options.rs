@@ -64,11 +64,7 @@ fn circle(text: &str) -> Result<Ball, String> {
         .split(',')
         .map(|number| finite(number.trim()).map(f64::from));
     match numbers.collect::<Result<Vec<_>, _>>().unwrap_or_default()[..] {
-        [x, y, radius] if radius > 1.0 => Ok(Ball {
-            center: [x, y],
-            radius,
-            camera: None,
-        }),
+        [x, y, radius] if radius > 1.0 => Ok(Ball::distant([x, y, radius])),
         _ => Err("give column, row and radius, separated by commas".to_owned()),
     }
 }
@@ -128,10 +124,9 @@ impl PhotographArgs {
         let mask = mask.transpose()?;
         let [width, height] = size.context("no picture")?;
         let block = LinearPicture::block([width, height], MAX_SIDE);
-        let shrunk = |circle: Ball| Ball {
-            center: circle.center.map(|side| (side + 0.5) / block as f64 - 0.5),
-            radius: circle.radius / block as f64,
-            camera: None,
+        let shrunk = |circle: Ball| {
+            let [x, y] = circle.center.map(|side| (side + 0.5) / block as f64 - 0.5);
+            Ball::distant([x, y, circle.radius / block as f64])
         };
         let find = |pictures: &[LinearPicture], what: &str| {
             let circle = self.circle.map(shrunk).or_else(|| Ball::find(pictures));
