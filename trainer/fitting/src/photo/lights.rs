@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::ball::unit;
 use crate::measurement::{Table, TableError};
@@ -34,33 +34,12 @@ impl Light {
         })
     }
 
-    /// Reads the lights of pictures as [`read_all`](Self::read_all) does. A row belongs to the pictures with its file name, in any
-    /// folder; other rows are ignored.
-    ///
-    /// # Errors
-    /// As [`read_all`](Self::read_all), and if a picture has no row.
-    pub fn read_table(path: &Path, pictures: &[PathBuf]) -> Result<Vec<Self>, TableError> {
-        let lights = Self::read_all(path)?;
-        let light = |picture: &PathBuf| {
-            let name = picture.file_name().and_then(OsStr::to_str);
-            let light = name.and_then(|name| lights.get(name)).copied();
-            light.ok_or_else(|| TableError::Damaged {
-                path: path.to_owned(),
-                message: format!(
-                    "no row has the picture {}; add its light",
-                    picture.display()
-                ),
-            })
-        };
-        pictures.iter().map(light).collect()
-    }
-
     /// Reads a CSV file of lights with the columns `picture`, `x`, `y`, `z`, and `r`, `g`, `b` if intensities are known, in any
     /// order. Returns the lights by the file name of the picture.
     ///
     /// # Errors
     /// If the file cannot be read, or a row is not a light or names the picture of another row.
-    pub fn read_all(path: &Path) -> Result<BTreeMap<String, Self>, TableError> {
+    pub fn read_table(path: &Path) -> Result<BTreeMap<String, Self>, TableError> {
         let table = Table::read(path, &[])?;
         let count = table.layout.columns.len();
         let names = &COLUMNS[..count.clamp(4, 7)];
@@ -102,16 +81,13 @@ mod tests {
         let path = folder.path().join("lights.csv");
         let read = |text: String| {
             std::fs::write(&path, text).unwrap();
-            Light::read_table(&path, &["a/2.png".into(), "1.png".into()])
+            Light::read_table(&path)
         };
         let names = "picture,x,y,z,r,g,b\n1.png,0,4,3,1,2,3";
-        let lights = read(format!("{names}\n2.png,0,0,2,,,\n3.png,0,0,1,,,")).unwrap();
-        assert_eq!(
-            (lights[0].direction, lights[0].intensity),
-            ([0.0, 0.0, 1.0], None)
-        );
-        assert_eq!(lights[1].direction, [0.0, 0.8, 0.6]);
-        assert_eq!(lights[1].intensity, Some([1.0, 2.0, 3.0]));
+        let lights = read(format!("{names}\na/2.png,0,0,2,,,")).unwrap();
+        assert_eq!(lights["2.png"], Light::new([0.0, 0.0, 1.0], None).unwrap());
+        assert_eq!(lights["1.png"].direction, [0.0, 0.8, 0.6]);
+        assert_eq!(lights["1.png"].intensity, Some([1.0, 2.0, 3.0]));
         for row in [
             "1.png,0,0,1,,,",
             "2.png,0,0,0,,,",
@@ -121,8 +97,6 @@ mod tests {
             let message = read(format!("{names}\n{row}")).unwrap_err().to_string();
             assert!(message.contains("line 3"), "{message}");
         }
-        let message = read(names.to_owned()).unwrap_err().to_string();
-        assert!(message.contains("2.png"), "{message}");
         for names in ["picture,x,y", "picture,x,y,z,w", "picture,x,y,z,z"] {
             read(format!("{names}\n2.png,0,0,1\n1.png,0,0,1")).unwrap_err();
         }

@@ -97,8 +97,10 @@ impl Photo {
         if self.compare.is_none() {
             file_type(&self.out, &["csv"])?;
         }
+        let picture = self.out.with_extension("png");
         for input in self.photographs.files() {
             refuse_input(&self.out, input)?;
+            refuse_input(&picture, input)?;
         }
         let (mut photographs, block) = self.photographs.read()?;
         match self.albedo {
@@ -118,10 +120,6 @@ impl Photo {
             !readings.is_empty(),
             "no pixel of the ball is lit and not saturated: check --circle and the lights"
         );
-        let picture = self.out.with_extension("png");
-        for input in self.photographs.files() {
-            refuse_input(&picture, input)?;
-        }
         let csv = to_csv(&photographs, &readings, block).context("cannot write the table")?;
         let shown = overview(&photographs, &uses, &readings).to_png()?;
         write_files(

@@ -139,8 +139,26 @@ impl PhotographArgs {
         for (picture, mask) in pictures.iter_mut().zip(mask.iter().cycle()) {
             picture.mask(mask);
         }
-        let lights = match (&self.lights, self.chrome_circle.map(shrunk)) {
-            (Some(table), _) => Light::read_table(table, &self.pictures)?,
+        let name = |path: &PathBuf| {
+            let name = path.file_name().unwrap_or_default();
+            name.to_string_lossy().into_owned()
+        };
+        let names: Vec<String> = self.pictures.iter().map(name).collect();
+        let lights: Vec<Light> = match (&self.lights, self.chrome_circle.map(shrunk)) {
+            (Some(table), _) => {
+                let lights = Light::read_table(table)?;
+                let light = |name: &String| {
+                    let light = lights.get(name).copied();
+                    let missing = || {
+                        format!(
+                            "{}: no row has the picture {name}: add its light",
+                            table.display()
+                        )
+                    };
+                    light.with_context(missing)
+                };
+                names.iter().map(light).collect::<anyhow::Result<_>>()?
+            }
             (None, circle) => {
                 let mut chrome_ball = circle.context("--chrome-circle is missing")?;
                 chrome_ball.camera = ball.camera;
@@ -160,9 +178,8 @@ impl PhotographArgs {
         let reflectance = self.white_reflectance.unwrap_or([0.99; 3]);
         let mut photographs = Vec::new();
         for (index, (picture, light)) in pictures.into_iter().zip(lights).enumerate() {
-            let name = self.pictures[index].file_name().unwrap_or_default();
             let mut photograph = Photograph {
-                name: name.to_string_lossy().into_owned(),
+                name: names[index].clone(),
                 picture,
                 light,
                 ball,

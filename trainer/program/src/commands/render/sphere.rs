@@ -125,7 +125,7 @@ impl Sphere {
     fn photograph(&self, path: &Path) -> anyhow::Result<()> {
         let own = self.out.join("lights.csv");
         refuse_input(&own, path)?;
-        let lights = Light::read_all(path)?;
+        let lights = Light::read_table(path)?;
         ensure!(
             file_type(&self.out, &["png", "npy"]).is_err()
                 && lights.keys().all(|name| name.ends_with(".png"))
