@@ -23,6 +23,16 @@ fn call<'py>(
     Ok(array.as_array().to_owned())
 }
 
+/// Creates an object of a class of the Python module `_results`.
+pub(crate) fn result<'py>(
+    py: Python<'py>,
+    class: &str,
+    arguments: impl PyCallArgs<'py>,
+) -> Result<Bound<'py, PyAny>> {
+    let module = py.import("glimpse_brdf._results")?;
+    Ok(module.call_method1(class, arguments)?)
+}
+
 /// Converts an array of any real type and layout to f64. `name` is the argument's name for error messages.
 pub(crate) fn numbers(argument: &Bound<'_, PyAny>, name: &str) -> Result<ArrayD<f64>> {
     call(argument.py(), "numbers", (argument, name))

@@ -17,7 +17,6 @@ mod interruptible;
 mod loss;
 mod machine;
 mod material;
-mod next;
 mod photo;
 mod plan;
 mod readings;
@@ -38,9 +37,7 @@ mod _glimpse_brdf {
         loss::{directions, loss},
         machine::PyMachine,
         material::{PyMaterial, load_material, load_materials, table_directions},
-        next::PyProposals,
         photo::photo,
-        plan::PyPlan,
         recipe::PyRecipe,
         train::train,
     };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glimpse_core::numeric::Rows;
 use glimpse_core::recipe::Recipe;
-use glimpse_fitting::linear::Posterior;
+use glimpse_fitting::linear::{Posterior, Proposal};
 use glimpse_fitting::measurement::{LossScale, NamedRecipe, Readings};
 use glimpse_fitting::recipe::RecipeFile;
 use glimpse_fitting::route::{PlanArgs, SpeedArgs, arms_in_degrees};
@@ -13,15 +13,14 @@ use glimpse_materials::basis::BasisTable;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
 
-use crate::arrays::{Array, Pairs, to_python};
+use crate::arrays::{Array, Pairs, result, to_python};
 use crate::choices::choose;
 use crate::error::{Result, reject};
 use crate::files::write;
 use crate::fit::PyFittedMaterial;
 use crate::interruptible::run_detached;
 use crate::machine::PyMachine;
-use crate::next::PyProposals;
-use crate::plan::PyPlan;
+use crate::plan;
 use crate::readings::ReadingArgs;
 
 /// Bytes of a recipe, and of its basis.
@@ -177,14 +176,14 @@ impl PyRecipe {
     ///
     /// Raises GlimpseError if samples are out of reach. The message lists them.
     #[pyo3(signature = (order = None, machine = None, *, full_turns = true, seed = 0))]
-    fn plan(
+    fn plan<'py>(
         &self,
-        py: Python<'_>,
+        py: Python<'py>,
         order: Option<&str>,
         machine: Option<&Bound<'_, PyMachine>>,
         full_turns: bool,
         seed: u64,
-    ) -> Result<PyPlan> {
+    ) -> Result<Bound<'py, PyAny>> {
         let request = PlanArgs {
             order: choose("order", order)?,
             machine: PyMachine::args(machine),
@@ -192,7 +191,7 @@ impl PyRecipe {
         };
         let (recipe, stated) = (self.recipe(), self.0.file.metadata().machine());
         let (_, route) = run_detached(py, || request.plan(&recipe, &stated, seed))??;
-        Ok(PyPlan(route))
+        plan::plan(py, &route)
     }
 
     /// Fits readings with the code that a device runs, and finds outliers, as `trainer fit` does.
@@ -256,14 +255,14 @@ impl PyRecipe {
     #[pyo3(signature = (
         directions = None, readings = None, count = 1, machine = None, *, accept_implausible = false,
     ))]
-    fn next(
-        slf: &Bound<'_, Self>,
-        directions: Option<&Bound<'_, PyAny>>,
-        readings: Option<&Bound<'_, PyAny>>,
+    fn next<'py>(
+        slf: &Bound<'py, Self>,
+        directions: Option<&Bound<'py, PyAny>>,
+        readings: Option<&Bound<'py, PyAny>>,
         count: usize,
         machine: Option<&Bound<'_, PyMachine>>,
         accept_implausible: bool,
-    ) -> Result<PyProposals> {
+    ) -> Result<Bound<'py, PyAny>> {
         if !(1..=256).contains(&count) {
             return reject(format!("count is {count}: give 1 to 256"));
         }
@@ -293,12 +292,17 @@ impl PyRecipe {
         if proposals.is_empty() {
             return reject("no direction is within the limits: widen them");
         }
-        Ok(PyProposals {
-            proposals,
-            has_seconds: machine.speeds != SpeedArgs::default(),
-            so_far: posterior.expected_loss().loss,
-            scale: LossScale::of(&posterior),
-        })
+        let list = |number: fn(&Proposal) -> f64| Array::list(proposals.iter().map(number));
+        let has_seconds = machine.speeds != SpeedArgs::default();
+        let arguments = (
+            Array::directions(proposals.iter().map(|proposal| proposal.angles)),
+            list(|proposal| proposal.expected_loss.into()),
+            list(|proposal| proposal.bound.into()),
+            posterior.expected_loss().loss,
+            to_python(py, LossScale::of(&posterior))?,
+            has_seconds.then(|| list(|proposal| proposal.seconds)),
+        );
+        result(py, "Proposals", arguments)
     }
 
     /// Returns the recipe of readings at directions, an array (n, 2, 3), that a recipe without a pattern fits.

@@ -21,9 +21,10 @@ import numpy as np
 
 from . import _glimpse_brdf
 from ._glimpse_brdf import *
+from ._results import Plan, Proposals
 from .progress import Progress
 
-__all__ = [*_glimpse_brdf.__all__, "Progress", "directions_from_degrees"]
+__all__ = [*_glimpse_brdf.__all__, "Plan", "Progress", "Proposals", "directions_from_degrees"]
 
 
 def directions_from_degrees(theta_i, phi_i, theta_o, phi_o):
