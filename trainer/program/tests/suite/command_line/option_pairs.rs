@@ -204,7 +204,7 @@ const CASES: [Case; 22] = [
         options: &[&["--out s.npy", "--size 40", "--columns 1", "--json"]],
     },
     Case {
-        base: "render sphere procedural:1:3 --lights lights.csv --out set",
+        base: "render sphere procedural:1:3 --lights lights.csv --out rendered",
         options: &[&["--size 40", "--columns 1", "--json"]],
     },
     Case {
