@@ -59,7 +59,7 @@ impl Bench {
         );
         // On a thread of the pool, like training.
         let lines = rayon::scope(|_| self.measure());
-        let table = Table::of_records(&COLUMNS, &lines)?;
+        let table = Table::of_records("benchmarks", &lines)?;
         emit(self.json, &lines, || table.to_markdown())
     }
 
@@ -103,12 +103,3 @@ impl Bench {
         lines_of_peaks.chain(lines).collect()
     }
 }
-
-/// The columns of the table.
-const COLUMNS: [(&str, &str, usize); 5] = [
-    ("", "/name", 0),
-    ("threads", "/threads", 0),
-    ("median ms", "/median_ms", 4),
-    ("GFLOP/s", "/gflops", 1),
-    ("share of peak", "/share_of_peak", 2),
-];

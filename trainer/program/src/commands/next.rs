@@ -193,7 +193,7 @@ impl Next {
             };
             write_file(path, sheet.as_bytes(), self.force || is_appended)?;
         }
-        let table = Table::of_records(&NEXT_COLUMNS, &report.directions)?;
+        let table = Table::of_records("proposals", &report.directions)?;
         emit(self.json, &report, || report.to_text(&table))
     }
 }
@@ -220,19 +220,6 @@ fn appended(path: &Path, sheet: &str) -> anyhow::Result<String> {
     }
     Ok(text + "\n")
 }
-
-/// The columns of the table of proposals: positions in degrees.
-pub(super) const NEXT_COLUMNS: [(&str, &str, usize); 9] = [
-    ("instrument", "/instrument", 0),
-    ("lamp (degrees from the camera)", "/lamp", 0),
-    ("theta_i", "/theta_i", 2),
-    ("phi_i", "/phi_i", 2),
-    ("theta_o", "/theta_o", 2),
-    ("phi_o (degrees)", "/phi_o", 2),
-    ("expected loss", "/expected_loss", 4),
-    ("at most", "/bound", 4),
-    ("seconds", "/seconds", 1),
-];
 
 impl Report {
     /// Formats the report for the terminal, with a table of the directions.

@@ -12,7 +12,6 @@ use glimpse_fitting::route::{Order, PlanArgs, blank_sheet};
 use serde_json::json;
 
 use super::geometry::GeometryArgs;
-use super::next::NEXT_COLUMNS;
 use super::{LINEAR_ANY, emit};
 use crate::output::{is_same_file, refuse_recipe, write_file, write_files};
 use crate::report::Table;
@@ -91,7 +90,7 @@ impl Plan {
         let files = sheets.filter_map(|(path, text)| Some((path.clone()?, text.into_bytes())));
         write_files(&files.collect::<Vec<_>>(), self.force)?;
         let report = route.to_json(&machine);
-        let table = Table::of_records(&COLUMNS, &report["visits"])?;
+        let table = Table::of_records("visits", &report["visits"])?;
         emit(self.json, &report, || {
             format!(
                 "order          {}\nplanned        {:.1} seconds, including {:.1} of motion\nlimits         {}\n\n{}",
@@ -117,7 +116,7 @@ impl Plan {
         let posterior = Posterior::new(&recipe.prior, &[]);
         let posterior = posterior.context("the recipe's prior is not finite")?;
         let report = json!({ "lamps": next_lamps(&posterior, LAMPS) });
-        let table = Table::of_records(&NEXT_COLUMNS, &report["lamps"])?;
+        let table = Table::of_records("proposals", &report["lamps"])?;
         emit(self.json, &report, || table.to_markdown())
     }
 
@@ -139,7 +138,7 @@ impl Plan {
             json!({ "instrument": reading.instrument, "aspecular": aspecular, "unit": unit })
         });
         let report = json!({ "readings": rows.collect::<Vec<_>>() });
-        let table = Table::of_records(&READING_COLUMNS, &report["readings"])?;
+        let table = Table::of_records("readings", &report["readings"])?;
         emit(self.json, &report, || table.to_markdown())
     }
 
@@ -161,20 +160,3 @@ impl Plan {
 
 /// The number of lamps.
 const LAMPS: usize = 3;
-
-/// The columns of the table of hand-held readings, with the angle from the mirror direction in degrees.
-const READING_COLUMNS: [(&str, &str, usize); 3] = [
-    ("instrument", "/instrument", 0),
-    ("aspecular", "/aspecular", 0),
-    ("display", "/unit", 0),
-];
-
-/// The columns of the table of visits: positions in degrees, and the seconds after which the sample is read.
-const COLUMNS: [(&str, &str, usize); 6] = [
-    ("sample", "/index", 0),
-    ("theta_i", "/theta_i", 2),
-    ("phi_i", "/phi_i", 2),
-    ("theta_o", "/theta_o", 2),
-    ("phi_o (degrees)", "/phi_o", 2),
-    ("read after seconds", "/seconds", 1),
-];

@@ -68,7 +68,7 @@ impl Recipes {
             Self::List { json } => {
                 let entries = bundled::ALL.iter().map(Entry::new);
                 let entries: Vec<Entry> = entries.collect::<anyhow::Result<_>>()?;
-                let table = Table::of_records(&COLUMNS, &entries)?;
+                let table = Table::of_records("recipes", &entries)?;
                 emit(*json, &entries, || {
                     format!("{}\n{}", caption(), table.to_markdown())
                 })
@@ -119,18 +119,6 @@ impl Entry {
         })
     }
 }
-
-/// The columns of the list.
-const COLUMNS: [(&str, &str, usize); 8] = [
-    ("Recipe", "/name", 0),
-    ("n", "/samples", 0),
-    ("Bytes", "/bytes", 0),
-    ("Seconds of a scan", "/seconds", 1),
-    ("Loss: procedural", "/loss/procedural", 4),
-    ("MERL", "/loss/merl", 4),
-    ("RGL", "/loss/rgl", 4),
-    ("Color error: MERL", "/loss/merl_color", 1),
-];
 
 /// Describes the list.
 fn caption() -> String {

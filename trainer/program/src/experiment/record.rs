@@ -67,28 +67,6 @@ pub(super) enum Key {
 
 pub(super) const LOSS: Key = Key::Metric(0);
 
-/// The columns of the long table's file.
-const ALL: [Key; 18] = [
-    Key::Source,
-    Key::Model,
-    Key::Method,
-    Key::Samples,
-    Key::Components,
-    Key::Variation,
-    Key::Material,
-    LOSS,
-    Key::Metric(1),
-    Key::Metric(2),
-    Key::Metric(3),
-    Key::Metric(4),
-    Key::StandardError,
-    Key::Increase,
-    Key::Seconds,
-    Key::TruthOverPredicted,
-    Key::BoundHolds,
-    Key::Coverage,
-];
-
 /// Reads the title of a metric.
 fn metric_index<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> {
     let title = String::deserialize(deserializer)?;
@@ -260,8 +238,11 @@ pub(super) fn evaluate(
 
 /// Returns the long table for a file.
 pub(super) fn long_table(records: &[Record]) -> Table {
-    let row = |record: &Record| ALL.map(|key| key.cell(&[record])).to_vec();
-    Table::new("", ALL.map(Key::column), records.iter().map(row))
+    let columns = serde_json::from_str(include_str!("columns.json"));
+    let columns: Vec<Key> = columns.expect("a test reads the columns");
+    let row = |record: &Record| columns.iter().map(|key| key.cell(&[record])).collect();
+    let titles: Vec<Column> = columns.iter().map(|key| key.column()).collect();
+    Table::new("", titles, records.iter().map(row))
 }
 
 /// Returns a model's name as written in the paper.

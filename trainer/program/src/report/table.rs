@@ -105,6 +105,11 @@ pub(crate) fn metric_row(before: &[Value], metrics: &Metrics, after: &[Value]) -
     [before, &metrics.values().map(Value::from), after].concat()
 }
 
+/// The columns of tables of records: the table, the title, the JSON pointer (RFC 6901) of its entries within a record, and the
+/// number of decimals.
+const RECORDS: &str = include_str!("records.csv");
+type RecordColumn = (String, String, String, usize);
+
 impl Table {
     /// Creates a table that compares the numbers of each column. Short rows are filled with null, and long rows
     /// are cut.
@@ -126,21 +131,21 @@ impl Table {
         }
     }
 
-    /// Creates a table of a list of records. Each column has a title, the JSON pointer (RFC 6901) of its entries
-    /// within a record, and a number of decimals.
-    pub(crate) fn of_records(
-        columns: &[(&str, &str, usize)],
-        records: &impl Serialize,
-    ) -> anyhow::Result<Self> {
+    /// Creates a table of a list of records, with the columns of a name in `records.csv`.
+    pub(crate) fn of_records(name: &str, records: &impl Serialize) -> anyhow::Result<Self> {
         let records = serde_json::to_value(records)?;
+        let mut columns = csv::Reader::from_reader(RECORDS.as_bytes());
+        let columns = columns.deserialize().collect::<Result<Vec<_>, _>>()?;
+        let columns = columns
+            .iter()
+            .filter(|(table, ..): &&RecordColumn| table == name);
         let row = |record: &Value| {
-            let cells = columns.iter();
-            cells
-                .map(|(_, path, _)| record.pointer(path).cloned().unwrap_or_default())
-                .collect()
+            let cells = columns.clone();
+            let cells = cells.map(|(_, _, path, _)| record.pointer(path).cloned());
+            cells.map(Option::unwrap_or_default).collect()
         };
-        let titles = columns.iter();
-        let titles = titles.map(|(title, _, decimals)| Column::plain(*title, *decimals));
+        let titles = columns.clone();
+        let titles = titles.map(|(_, title, _, decimals)| Column::plain(title, *decimals));
         let rows = records.as_array().into_iter().flatten().map(row);
         Ok(Self::new("", titles.collect::<Vec<_>>(), rows))
     }

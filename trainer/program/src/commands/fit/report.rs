@@ -16,24 +16,6 @@ use crate::report::Table;
 /// The coefficient of variation of repeated readings above which one of them is probably wrong.
 const MAX_PLAUSIBLE_SPREAD: f32 = 0.2;
 
-/// The columns of the table of outliers. The reading of a sample and its prediction are RGB; z is their difference in
-/// standard deviations.
-const OUTLIER_COLUMNS: [(&str, &str, usize); 13] = [
-    ("kind", "/kind", 0),
-    ("outlier", "/sample", 0),
-    ("instrument", "/instrument", 0),
-    ("place", "/place", 0),
-    ("reading: r", "/reading/0", 3),
-    ("g", "/reading/1", 3),
-    ("b", "/reading/2", 3),
-    ("predicted: r", "/expected/0", 3),
-    ("g", "/expected/1", 3),
-    ("b", "/expected/2", 3),
-    ("z", "/z", 1),
-    ("threshold", "/threshold", 1),
-    ("status", "/status", 0),
-];
-
 /// An entry of `--json`: a report with the material's name and folder.
 #[derive(Serialize)]
 pub(super) struct ReportEntry<'a> {
@@ -168,7 +150,7 @@ impl ReportEntry<'_> {
         if readings.outliers.is_empty() {
             return Ok(text);
         }
-        let table = Table::of_records(&OUTLIER_COLUMNS, &readings.outliers)?;
+        let table = Table::of_records("outliers", &readings.outliers)?;
         Ok(format!("{text}\n{}", table.to_markdown()))
     }
 

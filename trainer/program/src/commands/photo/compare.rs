@@ -16,15 +16,6 @@ use super::Photo;
 use crate::output::{file_as_json, file_type, refuse_input, write_file};
 use crate::report::Table;
 
-/// The columns of the table.
-const COLUMNS: [(&str, &str, usize); 5] = [
-    ("picture", "/picture", 0),
-    ("error (levels of 255)", "/levels_and_loss/0", 2),
-    ("loss", "/levels_and_loss/1", 4),
-    ("Lambert and GGX (levels)", "/ggx/0", 2),
-    ("their loss", "/ggx/1", 4),
-];
-
 impl Photo {
     /// Compares photographs, whose lights have known intensities, with those of a fit, and with Lambert and GGX fitted to
     /// --measurements. Writes a picture, and prints the errors, and their means in the last row.
@@ -48,12 +39,7 @@ impl Photo {
         });
         let rows: Vec<Value> = rows.collect();
         let report = json!({ "file": file_as_json(&self.out), "pictures": rows });
-        let columns = if ggx.is_some() {
-            &COLUMNS[..]
-        } else {
-            &COLUMNS[..3]
-        };
-        let table = Table::of_records(columns, &rows)?;
+        let table = Table::of_records("compared photographs", &rows)?;
         emit(self.json, &report, || table.to_markdown())
     }
 }

@@ -19,21 +19,6 @@ use crate::output::{file_as_json, file_type, refuse_input, write_files};
 use crate::report::Table;
 use options::PhotographArgs;
 
-/// The columns of the report on photographs.
-const COLUMNS: [(&str, &str, usize); 11] = [
-    ("picture", "/picture", 0),
-    ("light to camera (degrees)", "/light_degrees", 1),
-    ("readings", "/readings", 0),
-    ("used pixels", "/pixels/used", 0),
-    ("saturated", "/pixels/saturated", 0),
-    ("shadowed", "/pixels/shadowed", 0),
-    ("grazing", "/pixels/grazing", 0),
-    ("rim", "/pixels/rim", 0),
-    ("outliers", "/pixels/outlier", 0),
-    ("such as (column, row)", "/outlier", 0),
-    ("masked", "/pixels/masked", 0),
-];
-
 /// Turn photographs of a ball into readings, for `trainer fit`.
 ///
 /// Each pixel of a ball has its own normal, so a photograph under one distant lamp has thousands of
@@ -160,7 +145,7 @@ impl Photo {
             "albedo": self.albedo,
             "photographs": rows,
         });
-        let table = Table::of_records(&COLUMNS, &rows)?.to_markdown();
+        let table = Table::of_records("photographs", &rows)?.to_markdown();
         emit(self.json, &report, || {
             let scale = self.albedo.map_or(String::new(), |albedo| {
                 format!("The values are relative: their albedo is {albedo}.\n")

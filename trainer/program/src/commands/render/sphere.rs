@@ -112,12 +112,7 @@ impl Sphere {
             "sphere_pixels": self.size,
             "spheres": spheres.collect::<Vec<_>>(),
         });
-        let columns = [
-            ("row", "/row", 0),
-            ("column", "/column", 0),
-            ("material", "/material", 0),
-        ];
-        let table = Table::of_records(&columns, &report["spheres"])?;
+        let table = Table::of_records("spheres", &report["spheres"])?;
         emit(self.json, &report, || table.to_markdown())
     }
 
