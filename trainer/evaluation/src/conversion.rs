@@ -242,16 +242,15 @@ pub fn encode(
                 .filter(|_| format.properties().has_spectra);
             let groups: Vec<_> = spectrum.iter().flat_map(|bands| bands.groups()).collect();
             let in_rgb = Physical::as_fitted(material);
-            let brdfs: Vec<&dyn Brdf> = match spectrum {
-                Some(_) => groups.iter().map(|group| group as &dyn Brdf).collect(),
-                None => vec![&in_rgb],
-            };
             let physical = if as_fitted {
                 Physical::as_fitted
             } else {
                 Physical::of
             };
-            let tables: Vec<Physical<'_>> = brdfs.into_iter().map(physical).collect();
+            let tables: Vec<Physical<'_>> = match spectrum {
+                Some(_) => groups.iter().map(|group| physical(group)).collect(),
+                None => vec![physical(&in_rgb)],
+            };
             let groups: Vec<&dyn Brdf> = tables.iter().map(|brdf| brdf as &dyn Brdf).collect();
             let table = Tabulation {
                 name,

@@ -237,15 +237,15 @@ impl<'a> VirtualScanner<'a> {
         &mut self,
         request: Request,
     ) -> (Reply, Option<Result<ScanReport, ScannerError>>) {
-        let reply = match (request, &mut self.scan) {
-            (Request::Hello { protocol, .. }, _) if protocol != PROTOCOL => {
-                let welcome = Reply::Welcome { protocol: PROTOCOL };
+        let welcome = Reply::Welcome { protocol: PROTOCOL };
+        match request {
+            Request::Hello { protocol, .. } if protocol != PROTOCOL => {
                 return (welcome, Some(Err(ScannerError::Protocol(protocol))));
             }
-            (Request::Hello { model, recipe, .. }, scan) => {
+            Request::Hello { model, recipe, .. } => {
                 self.scan_count += 1;
-                let previous = scan.take().filter(|scan| scan.recipe == recipe);
-                *scan = Some(ScanState {
+                let previous = self.scan.take().filter(|scan| scan.recipe == recipe);
+                self.scan = Some(ScanState {
                     model,
                     recipe,
                     readings: previous.map_or_else(BTreeMap::new, |scan| scan.readings),
@@ -253,34 +253,31 @@ impl<'a> VirtualScanner<'a> {
                     values: Vec::new(),
                     total: 0,
                 });
-                Reply::Welcome { protocol: PROTOCOL }
+                return (welcome, None);
             }
-            (Request::Failed(report), _) => {
+            Request::Failed(report) => {
                 self.scan = None;
                 return (Reply::Accepted, Some(Err(ScannerError::Device(report))));
             }
-            (_, None) => Reply::Refused(ErrorCode::RefusedNoScan),
-            (Request::Restored { index, reading }, Some(scan)) => {
-                scan.accept_restored(index, reading)
-            }
-            (
-                Request::Measure {
-                    purpose,
-                    index,
-                    directions,
-                },
-                Some(_),
-            ) => self.measure(purpose, index, directions),
-            (Request::Progress(_), Some(_)) => Reply::Accepted,
-            (
-                Request::Values {
-                    offset,
-                    total,
-                    values,
-                },
-                Some(scan),
-            ) => scan.receive(offset, total, &values),
-            (Request::Finished(residual), Some(scan)) => {
+            _ => {}
+        }
+        let Some(scan) = &mut self.scan else {
+            return (Reply::Refused(ErrorCode::RefusedNoScan), None);
+        };
+        let reply = match request {
+            Request::Restored { index, reading } => scan.accept_restored(index, reading),
+            Request::Measure {
+                purpose,
+                index,
+                directions,
+            } => self.measure(purpose, index, directions),
+            Request::Progress(_) => Reply::Accepted,
+            Request::Values {
+                offset,
+                total,
+                values,
+            } => scan.receive(offset, total, &values),
+            Request::Finished(residual) => {
                 if scan.total > 0 && scan.values.len() == usize::from(scan.total) {
                     let samples = scan.samples.iter();
                     let report = ScanReport {
@@ -295,7 +292,7 @@ impl<'a> VirtualScanner<'a> {
                 }
                 Reply::Refused(ErrorCode::RefusedValues)
             }
-            (_, Some(_)) => Reply::Refused(ErrorCode::RefusedRequest),
+            _ => Reply::Refused(ErrorCode::RefusedRequest),
         };
         (reply, None)
     }

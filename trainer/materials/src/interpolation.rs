@@ -13,9 +13,9 @@ pub(crate) fn mix<S: Scalar>(a: S, b: S, fraction: S) -> S {
 #[derive(Clone, Copy)]
 pub(crate) struct Position<S> {
     /// Indices of the lower and the upper node. They are equal outside the range of the nodes.
-    nodes: [usize; 2],
+    pub(crate) nodes: [usize; 2],
     /// The weights of both nodes.
-    weights: [S; 2],
+    pub(crate) weights: [S; 2],
 }
 
 impl<S: RealScalar> Position<S> {
@@ -62,12 +62,6 @@ impl<S: RealScalar> Position<S> {
     pub(crate) fn mix(&self, value: impl Fn(usize) -> S) -> S {
         let [low, high] = self.nodes.map(value);
         mix(low, high, self.weights[1])
-    }
-
-    /// Returns the lower node, and the fraction of the way to the upper one.
-    #[inline(always)]
-    pub(crate) fn low_and_fraction(&self) -> (usize, S) {
-        (self.nodes[0], self.weights[1])
     }
 
     /// Returns both nodes with their weights.

@@ -119,14 +119,12 @@ impl Procedural {
         // A low-discrepancy sequence (golden ratio) selects the class, so that even small sets contain all classes.
         let mut remaining_share =
             (index as f64 * 0.618_033_988_749_895 + uniform(random, 0.0, 0.02)) % 1.0;
-        let mut ranges = &CLASSES[0];
-        for candidate in &*CLASSES {
-            ranges = candidate;
+        let is_before = |ranges: &&ClassRanges| {
             remaining_share -= ranges.share;
-            if remaining_share < 0.0 {
-                break;
-            }
-        }
+            remaining_share >= 0.0
+        };
+        let before = CLASSES.iter().take_while(is_before).count();
+        let ranges = &CLASSES[before.min(CLASSES.len() - 1)];
         // Materials of different seeds have different names.
         let prefix = match seed {
             0 => String::new(),
@@ -278,19 +276,15 @@ impl Procedural {
         let lower_cosine = (cos_i - cos_o).if_positive(cos_o, cos_i);
         let noise_factor = one + c(self.noise) * fifth_power(one - lower_cosine) * wave_sum;
 
-        let mut brdf = [c(0.0); 3];
-        for (channel, f) in brdf.iter_mut().enumerate() {
+        std::array::from_fn(|channel| {
             let diffuse = base * c(self.diffuse[channel]);
             let sheen = schlick_weight * c(self.sheen[channel] / PI);
             let [core, haze] = self.lobes.each_ref().map(|lobe| c(lobe.color[channel]));
-            let film = self
-                .film
-                .as_ref()
-                .map_or(one, |film| film.factor(channel, at.dz));
+            let film = self.film.as_ref();
+            let film = film.map_or(one, |film| film.factor(channel, at.dz));
             let highlight = highlights[0] * core + highlights[1] * haze * film;
-            *f = (diffuse + sheen + highlight) * noise_factor;
-        }
-        brdf
+            (diffuse + sheen + highlight) * noise_factor
+        })
     }
 }
 

@@ -1,6 +1,7 @@
 //! Sampling of directions: uniform, as seen on a sphere, by a Sobol sequence, or in proportion to the mean BRDF.
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
+use std::iter::repeat_with;
 
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use rand::{Rng, SeedableRng};
@@ -28,18 +29,11 @@ pub fn random_stream(seed: u64, stream: u64) -> ChaCha8Rng {
 pub fn uniform_valid(count: usize, seed: u64) -> Vec<Angles<f32>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let [theta_h, theta_d, phi_d] = RANGE;
-    let mut angles = Vec::with_capacity(count);
-    while angles.len() < count {
-        let candidate = Angles {
-            theta_h: theta_h * random.random::<f32>(),
-            theta_d: theta_d * random.random::<f32>(),
-            phi_d: 2.0 * phi_d * random.random::<f32>(),
-        };
-        if HalfDifference::from_angles(candidate).is_valid() {
-            angles.push(candidate);
-        }
-    }
-    angles
+    let ranges = [theta_h, theta_d, 2.0 * phi_d];
+    let drawn = repeat_with(|| ranges.map(|range| range * random.random::<f32>()));
+    let drawn = drawn.map(Angles::from_array);
+    let is_valid = |angles: &Angles<f32>| HalfDifference::from_angles(*angles).is_valid();
+    drawn.filter(is_valid).take(count).collect()
 }
 
 /// Returns `count` angles with the distribution of an orthographic image of a sphere under a uniform sky. phi_d is in
@@ -47,8 +41,7 @@ pub fn uniform_valid(count: usize, seed: u64) -> Vec<Angles<f32>> {
 #[must_use]
 pub fn sphere_view_samples(count: usize, seed: u64) -> Vec<Angles<f32>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut angles = Vec::with_capacity(count);
-    while angles.len() < count {
+    let drawn = repeat_with(|| {
         // The image of the sphere is a disc, so that sin^2(theta_o) is uniform. Under a uniform sky, cos(theta_i) is
         // uniform.
         let [sin_squared, cos_theta_i, turn]: [f32; 3] = random.random();
@@ -58,10 +51,10 @@ pub fn sphere_view_samples(count: usize, seed: u64) -> Vec<Angles<f32>> {
             incoming: [sin_theta_i * cos_phi, sin_theta_i * sin_phi, cos_theta_i],
             outgoing: [sin_squared.sqrt(), 0.0, (1.0 - sin_squared).sqrt()],
         };
-        let at = HalfDifference::from_directions(&directions);
-        angles.extend(at.filter(HalfDifference::is_valid).as_ref().map(angles_of));
-    }
-    angles
+        HalfDifference::from_directions(&directions).filter(HalfDifference::is_valid)
+    });
+    let angles = drawn.flatten().map(|at| angles_of(&at));
+    angles.take(count).collect()
 }
 
 /// Returns the first `count` valid points of the three-dimensional Sobol sequence, Owen-scrambled with `seed` and

@@ -1,6 +1,6 @@
 //! Colors of spectra, by the CIE's standard observers and illuminants.
 
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
@@ -54,8 +54,8 @@ const SPACING: f64 = 10.0;
 /// The color matching functions x, y and z of CIE 1931 and of CIE 1964, D65 and D50.
 static OBSERVERS: LazyLock<Vec<[f64; 8]>> =
     LazyLock::new(|| rows(include_str!("spectrum/observers.csv")));
-/// The step of integrals over wavelengths, nm.
-const STEP: f64 = 1.0;
+/// The wavelengths of integrals, nm.
+const WAVELENGTHS: RangeInclusive<u16> = 360..=830;
 
 /// Blue, green and red, nm. 700 nm is red.
 const COLORS: [Range<f32>; 3] = [400.0..500.0, 500.0..600.0, 600.0..701.0];
@@ -125,7 +125,7 @@ impl Viewing {
 
     /// Returns X, Y and Z of the light, with Y = 1.
     fn white(self) -> [f64; 3] {
-        let colors = (360..=830).map(|nm| self.at(f64::from(nm)));
+        let colors = WAVELENGTHS.map(|nm| self.at(f64::from(nm)));
         let white = colors.fold([0.0; 3], |sum, (xyz, light)| {
             [0, 1, 2].map(|i: usize| sum[i] + light * xyz[i])
         });
@@ -139,10 +139,7 @@ impl Viewing {
             return vec![[1.0 / wavelengths.len() as f64; 3]; wavelengths.len()];
         }
         let mut weights = vec![[0.0; 3]; wavelengths.len()];
-        let last = FIRST + SPACING * (OBSERVERS.len() - 1) as f64;
-        let steps = ((last - FIRST) / STEP) as usize;
-        for step in 0..=steps {
-            let wavelength = FIRST + STEP * step as f64;
+        for wavelength in WAVELENGTHS.map(f64::from) {
             let (xyz, light) = self.at(wavelength);
             let nodes = Position::new(wavelength, wavelengths).weights();
             for (channel, value) in product(&from_xyz, xyz).into_iter().enumerate() {

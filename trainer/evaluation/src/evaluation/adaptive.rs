@@ -49,9 +49,8 @@ impl Adaptive<'_> {
         let recipe = self.recipe.at(&directions);
         let recipe = recipe.map_err(|_| EvaluationError::Unreachable)?;
         let samples = readings.into_iter().map(Some).collect::<Vec<_>>();
-        Ok(Outcome {
-            seconds: self.position.as_ref().map(|_| seconds),
-            ..Outcome::of_readings(&recipe, &samples, reader.material)?
-        })
+        let mut outcome = Outcome::of_readings(&recipe, &samples, reader.material)?;
+        outcome.forecast.seconds = self.position.as_ref().map(|_| seconds);
+        Ok(outcome)
     }
 }

@@ -125,12 +125,8 @@ impl<'a> Evaluator<'a> {
             let seed = seed.wrapping_add((offset << 32) | material as u64);
             let outcome = method.fit(&*self.materials[material], seed)?;
             let (metrics, _) = self.compare(material, &*outcome.fitted);
-            Ok(FitMetrics {
-                metrics,
-                prediction: outcome.prediction,
-                coverage: outcome.coverage,
-                seconds: outcome.seconds,
-            })
+            let forecast = outcome.forecast;
+            Ok(FitMetrics { metrics, forecast })
         };
         let fits = (0..self.materials.len()).into_par_iter().map(|material| {
             let fits = (0..seeds).map(|offset| fit(material, offset)).collect();

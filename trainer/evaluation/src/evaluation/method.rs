@@ -16,7 +16,7 @@ use glimpse_materials::sampling::uniform_valid;
 
 use super::adaptive::Adaptive;
 use super::ggx::Ggx;
-use super::outcome::Outcome;
+use super::outcome::{Forecast, Outcome};
 use super::reader::{Degradation, Reader};
 use super::{EvaluationError, adam};
 
@@ -122,11 +122,9 @@ impl<'a> Method<'a> {
             let scan = scan_with_missing(&recipe, &mut |index, angles| {
                 reader.read(usize::from(index), angles)
             })?;
-            let outcome = Outcome::new(model, scan.values, basis)?;
-            Ok(Outcome {
-                prediction: scan.prediction,
-                ..outcome
-            })
+            let mut outcome = Outcome::new(model, scan.values, basis)?;
+            outcome.forecast.prediction = scan.prediction;
+            Ok(outcome)
         }))
     }
 
@@ -252,9 +250,7 @@ impl<'a> Method<'a> {
             Ok(Outcome {
                 fitted: Box::new(Ggx::fit(&readings.collect::<Vec<_>>())),
                 values: Vec::new(),
-                prediction: None,
-                coverage: None,
-                seconds: None,
+                forecast: Forecast::default(),
             })
         });
         Self {

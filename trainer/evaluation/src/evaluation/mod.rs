@@ -19,7 +19,7 @@ pub use evaluator::{Evaluator, SPHERE_SIZE, compare};
 pub use ggx::Ggx;
 pub use leakage::TrainingOverlap;
 pub use method::{LINEAR_OPTIMUM_DIRECTIONS, Method, SampleDirections, names};
-pub use outcome::Outcome;
+pub use outcome::{Forecast, Outcome};
 pub use reader::{Degradation, Reader};
 pub use report::{EvaluationReport, MaterialMetrics, PredictionQuality, UnseenLoss};
 pub use target::{TargetReport, TargetScan};

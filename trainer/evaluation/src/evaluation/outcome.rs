@@ -16,6 +16,13 @@ pub struct Outcome {
     pub fitted: Box<dyn Brdf + Send>,
     /// The parameters of the method's model; empty if the fit is not one of the four models.
     pub values: Vec<f32>,
+    /// The predictions of the fit.
+    pub forecast: Forecast,
+}
+
+/// The predictions of a fit, and the time of its scan.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Forecast {
     /// The predicted loss, if the method has one.
     pub prediction: Option<LossPrediction>,
     /// The share of directions at which the material is within one predicted standard deviation of the fit; None without a
@@ -39,9 +46,7 @@ impl Outcome {
         Ok(Self {
             fitted: Box::new(fitted),
             values,
-            prediction: None,
-            coverage: None,
-            seconds: None,
+            forecast: Forecast::default(),
         })
     }
 
@@ -69,8 +74,11 @@ impl Outcome {
         let outcome = Self::new(recipe.file.recipe().model(), scan.values, basis.as_deref())?;
         let prediction = scan.prediction;
         Ok(Self {
-            coverage: Some(posterior.coverage(&*outcome.fitted, material)),
-            prediction: Some(prediction.unwrap_or_else(|| posterior.loss(&*outcome.fitted))),
+            forecast: Forecast {
+                coverage: Some(posterior.coverage(&*outcome.fitted, material)),
+                prediction: Some(prediction.unwrap_or_else(|| posterior.loss(&*outcome.fitted))),
+                seconds: None,
+            },
             ..outcome
         })
     }

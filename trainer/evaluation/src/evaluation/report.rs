@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::estimate::Estimate;
 use super::leakage::TrainingOverlap;
 use super::method::Method;
+use super::outcome::Forecast;
 use crate::metrics::Metrics;
 
 /// The metrics of one material's fit.
@@ -94,17 +95,14 @@ pub struct EvaluationReport {
 /// The result of one fit of a material.
 pub(super) struct FitMetrics {
     pub(super) metrics: Metrics,
-    pub(super) prediction: Option<LossPrediction>,
-    pub(super) coverage: Option<f64>,
-    /// The time of a scan that chooses directions by seconds, in seconds.
-    pub(super) seconds: Option<f64>,
+    pub(super) forecast: Forecast,
 }
 
 impl MaterialMetrics {
     /// Averages fits with several seeds.
     pub(super) fn new(name: &str, fits: &[FitMetrics]) -> Self {
         let predicted = |value: fn(&LossPrediction) -> Option<f32>| {
-            let value = |fit: &FitMetrics| value(fit.prediction.as_ref()?).map(f64::from);
+            let value = |fit: &FitMetrics| value(fit.forecast.prediction.as_ref()?).map(f64::from);
             mean(fits.iter().map(value))
         };
         Self {
@@ -113,7 +111,7 @@ impl MaterialMetrics {
                 .unwrap_or_default(),
             predicted_loss: predicted(|prediction| Some(prediction.loss)),
             loss_bound: predicted(|prediction| prediction.bound),
-            coverage: mean(fits.iter().map(|fit| fit.coverage)),
+            coverage: mean(fits.iter().map(|fit| fit.forecast.coverage)),
             unlike_training: predicted(|prediction| prediction.unlike_training.map(f32::from))
                 .map(|share| share >= 0.5),
             overlap: None,
@@ -141,7 +139,7 @@ impl EvaluationReport {
             metrics: Metrics::mean(materials.iter().map(|material| material.metrics))
                 .unwrap_or_default(),
             loss_standard_error: Estimate::from_values(&losses).standard_error,
-            seconds: mean(fits.iter().flatten().map(|fit| fit.seconds)),
+            seconds: mean(fits.iter().flatten().map(|fit| fit.forecast.seconds)),
             seeds: seeds as u64,
             loss_spread: standard_deviation(&mean_losses_by_seed),
             prediction: PredictionQuality::new(&materials, &losses),

@@ -99,7 +99,10 @@ impl Evaluator<'_> {
                 readings: count,
                 seconds: route.visits[count - 1].seconds,
                 ended_early: count < samples,
-                loss_bound: outcome.prediction.and_then(|prediction| prediction.bound),
+                loss_bound: outcome
+                    .forecast
+                    .prediction
+                    .and_then(|prediction| prediction.bound),
                 loss: self.loss(index, &*outcome.fitted),
             })
         };

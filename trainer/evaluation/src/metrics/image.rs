@@ -4,6 +4,8 @@
 //! All pixels count, including the background of the sphere. The paper does not state the scale of its values, but its
 //! L2 and PSNR agree with each other on this scale. Both pictures have the same size.
 
+use glimpse_materials::lists::add_scaled;
+
 use crate::render::Picture;
 
 /// The side of the SSIM window, in pixels.
@@ -44,7 +46,7 @@ pub(super) fn ssim(reference: &Picture, picture: &Picture) -> f64 {
     let mut sum = 0.0;
     for top in 0..rows {
         for left in 0..columns {
-            let mut moments = [Moments::default(); 3];
+            let mut moments = [[0; 5]; 3];
             for row in top..top + WINDOW {
                 let range = row * width + left..row * width + left + WINDOW;
                 let pixels = reference.pixels[range.clone()]
@@ -52,45 +54,26 @@ pub(super) fn ssim(reference: &Picture, picture: &Picture) -> f64 {
                     .zip(&picture.pixels[range]);
                 for (a, b) in pixels {
                     for ((moments, a), b) in moments.iter_mut().zip(a).zip(b) {
-                        moments.add(u32::from(*a), u32::from(*b));
+                        let [a, b] = [*a, *b].map(u32::from);
+                        add_scaled(moments, 1, &[a, b, a * a, b * b, a * b]);
                     }
                 }
             }
-            sum += moments.iter().map(Moments::similarity).sum::<f64>();
+            sum += moments.into_iter().map(similarity).sum::<f64>();
         }
     }
     sum / (3 * columns * rows) as f64
 }
 
-/// Integer sums over a window, for one channel of two pictures a and b: of the values, their squares and their product.
-#[derive(Clone, Copy, Debug, Default)]
-struct Moments {
-    a: u32,
-    b: u32,
-    aa: u32,
-    bb: u32,
-    ab: u32,
-}
-
-impl Moments {
-    fn add(&mut self, a: u32, b: u32) {
-        self.a += a;
-        self.b += b;
-        self.aa += a * a;
-        self.bb += b * b;
-        self.ab += a * b;
-    }
-
-    /// Returns the SSIM of the window.
-    fn similarity(&self) -> f64 {
-        let [a, b] = [self.a, self.b].map(|sum| f64::from(sum) / WINDOW_PIXELS);
-        let covariance = |sum: u32, u: f64, v: f64| {
-            (f64::from(sum) - WINDOW_PIXELS * u * v) / (WINDOW_PIXELS - 1.0)
-        };
-        let variances = covariance(self.aa, a, a) + covariance(self.bb, b, b);
-        let covariance_ab = covariance(self.ab, a, b);
-        (2.0 * a * b + C1) * (2.0 * covariance_ab + C2) / ((a * a + b * b + C1) * (variances + C2))
-    }
+/// Returns the SSIM of a window from sums over it, for one channel of two pictures a and b: of the values, their squares and
+/// their product.
+fn similarity([a, b, aa, bb, ab]: [u32; 5]) -> f64 {
+    let [a, b] = [a, b].map(|sum| f64::from(sum) / WINDOW_PIXELS);
+    let covariance =
+        |sum: u32, u: f64, v: f64| (f64::from(sum) - WINDOW_PIXELS * u * v) / (WINDOW_PIXELS - 1.0);
+    let variances = covariance(aa, a, a) + covariance(bb, b, b);
+    let covariance_ab = covariance(ab, a, b);
+    (2.0 * a * b + C1) * (2.0 * covariance_ab + C2) / ((a * a + b * b + C1) * (variances + C2))
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ pub(crate) mod image;
 
 pub use color::color_differences;
 use color::mean_ciede2000;
+use glimpse_materials::lists::add_scaled;
 use image::psnr;
 
 use crate::render::{Picture, sphere_disc};
@@ -58,9 +59,7 @@ impl Metrics {
         let mut sums = [0.0; METRICS.len()];
         let mut count = 0.0;
         for metrics in metrics {
-            for (sum, value) in sums.iter_mut().zip(metrics.values()) {
-                *sum += value;
-            }
+            add_scaled(&mut sums, 1.0, &metrics.values());
             count += 1.0;
         }
         (count > 0.0).then(|| Self::from_values(sums.map(|sum| sum / count)))

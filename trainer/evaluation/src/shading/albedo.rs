@@ -3,6 +3,8 @@
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
+use glimpse_materials::lists::add_scaled;
+
 use super::fresnel::schlick_weight;
 use super::microfacets::correlated_shadowing;
 
@@ -53,9 +55,7 @@ pub(super) fn albedo(alpha: f64, cosine: f64) -> Albedo {
     for (row, weight) in [(row, 1.0 - row_share), (row + 1, row_share)] {
         for (column, share) in [(column, 1.0 - column_share), (column + 1, column_share)] {
             let entry = TABLE[row.min(SIZE - 1) * SIZE + column.min(SIZE - 1)];
-            for (sum, value) in sums.iter_mut().zip(entry) {
-                *sum += weight * share * value;
-            }
+            add_scaled(&mut sums, weight * share, &entry);
         }
     }
     let [scale, offset] = sums;
@@ -78,8 +78,7 @@ fn integrate(alpha: f64, cosine: f64) -> [f64; 2] {
         }
         let weight = correlated_shadowing(alpha, light, cosine) * difference / (cosine * cos_half);
         let grazing = schlick_weight(difference);
-        sums[0] += weight * (1.0 - grazing);
-        sums[1] += weight * grazing;
+        add_scaled(&mut sums, weight, &[1.0 - grazing, grazing]);
     }
     sums.map(|sum| sum / f64::from(SAMPLES))
 }

@@ -57,12 +57,8 @@ pub fn fit(brdf: &dyn Brdf, model: ShadingModel) -> Result<Shading, ShadingError
         patience: 30,
     };
     let starts = starts(model, data.diffuse(), data.albedo());
-    let fits: Vec<(f64, Vec<f64>)> = starts
-        .par_iter()
-        .map(|start| errors.minimize(start))
-        .collect();
+    let fits = starts.par_iter().map(|start| errors.minimize(start));
     let best = fits
-        .into_iter()
         .filter(|(error, _)| error.is_finite())
         .min_by(|(one, _), (other, _)| one.total_cmp(other));
     let (_, mut values) = best.ok_or(ShadingError::Diverged)?;
@@ -117,15 +113,12 @@ impl Data {
     /// Returns the mean albedo of all views, for each channel.
     fn albedo(&self) -> [f64; 3] {
         let of_views = self.at.iter().zip(&self.reference).skip(self.loss_count);
-        let views: Vec<_> = of_views.collect();
-        let sky = || {
-            views
-                .chunks(VIEW_DIRECTIONS)
-                .flat_map(|view| &view[..SKY_DIRECTIONS])
-        };
+        let of_sky = of_views.enumerate();
+        let of_sky = of_sky.filter(|(index, _)| index % VIEW_DIRECTIONS < SKY_DIRECTIONS);
         [0, 1, 2].map(|channel| {
-            let sum: f64 = sky().map(|(at, brdf)| at.light * brdf[channel]).sum();
-            (TAU * sum / sky().count() as f64).clamp(0.01, 0.95)
+            let terms = of_sky.clone();
+            let sum: f64 = terms.map(|(_, (at, brdf))| at.light * brdf[channel]).sum();
+            (TAU * sum / (VIEWS * SKY_DIRECTIONS) as f64).clamp(0.01, 0.95)
         })
     }
 
@@ -196,8 +189,7 @@ fn loss_directions() -> Vec<HalfDifference<f32>> {
 /// Parts of the sun below the horizon are moved to its center.
 fn view_directions() -> Vec<HalfDifference<f32>> {
     let fraction = |index: usize, step: f64| (0.5 + index as f64 * step).fract();
-    let mut all = Vec::with_capacity(VIEWS * VIEW_DIRECTIONS);
-    for view in 0..VIEWS {
+    let of_view = |view: usize| {
         let [u, v, w] = [0.819_172_513_396, 0.671_043_606_704, 0.549_700_477_901]
             .map(|step| fraction(view, step));
         // At least 2.8 degrees above the horizon.
@@ -219,12 +211,13 @@ fn view_directions() -> Vec<HalfDifference<f32>> {
             incoming: incoming.map(|x| x as f32),
             outgoing: sensor.map(|x| x as f32),
         });
-        // Never None: both directions are above the horizon.
-        all.extend(
-            directions.filter_map(|directions| HalfDifference::from_directions(&directions)),
-        );
-    }
-    all
+        directions.collect::<Vec<_>>()
+    };
+    // Never None: both directions are above the horizon.
+    let directions = (0..VIEWS).flat_map(of_view);
+    directions
+        .filter_map(|directions| HalfDifference::from_directions(&directions))
+        .collect()
 }
 
 /// Returns a unit vector with this z and azimuth.

@@ -6,7 +6,7 @@
 use glimpse_core::model::linear::{map, unmap};
 use nalgebra::DMatrix;
 
-use super::posterior::{Posterior, PosteriorReading};
+use super::posterior::{Posterior, PosteriorReading, differences_from};
 
 impl Posterior {
     /// Returns the posterior of the same readings in bands: `bands` has the BRDFs of each reading, sr^-1, not times the cosine, or
@@ -38,13 +38,9 @@ impl Posterior {
 
     fn of_mapped(&self, bands: &[Vec<f32>], mapped: impl Fn(usize, usize) -> f64) -> Self {
         let count = bands.first().map_or(0, Vec::len);
-        let mut mapped = DMatrix::from_fn(bands.len(), count, mapped);
-        let mean = mapped.column_mean();
-        for mut band in mapped.column_iter_mut() {
-            band -= &mean;
-        }
-        let mean = DMatrix::from_columns(&[mean]);
-        Self::of_targets([mean, mapped], self.design.clone())
+        let mapped = DMatrix::from_fn(bands.len(), count, mapped);
+        let targets = differences_from(mapped.column_mean(), mapped);
+        Self::of_targets(targets, self.design.clone())
     }
 
     /// Returns the posterior of three channels whose red one is a band, and whose mean is that of all bands, and its readings.

@@ -9,7 +9,7 @@ use glimpse_materials::basis::BasisTable;
 use glimpse_materials::lists::{add_scaled, dot};
 
 /// The K components of a basis at n directions, with derivatives with respect to the angles.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct ComponentsAt {
     /// The directions, n.
     pub angles: Vec<Angles<f32>>,
@@ -31,15 +31,10 @@ impl ComponentsAt {
     /// Evaluates a basis at angles in radians.
     #[must_use]
     pub fn new(basis: &BasisTable, angles: Vec<Angles<f32>>) -> Self {
-        let length = angles.len() * basis.components();
         let mut at = Self {
             components: basis.components(),
-            rows: Vec::with_capacity(length),
-            slopes: Vec::with_capacity(length),
-            mean: Vec::with_capacity(angles.len()),
-            cosines: Vec::with_capacity(angles.len()),
-            cos_theta_i: Vec::with_capacity(angles.len()),
             angles,
+            ..Self::default()
         };
         let single = |slopes: [f64; 3]| slopes.map(|slope| slope as f32);
         for angles in &at.angles {

@@ -31,10 +31,8 @@ impl LeastSquares {
         let mut diagonal = vec![0.0; unknowns];
         for row in &rows {
             for (one, weight) in row {
-                for (other, factor) in row {
-                    if one == other {
-                        diagonal[*one as usize] += f64::from(*weight) * f64::from(*factor);
-                    }
+                for (_, factor) in row.iter().filter(|(other, _)| one == other) {
+                    diagonal[*one as usize] += f64::from(*weight) * f64::from(*factor);
                 }
             }
         }

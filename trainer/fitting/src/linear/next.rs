@@ -51,16 +51,11 @@ impl Candidates {
     #[must_use]
     pub fn new(limits: &Limits) -> Self {
         let drawn = uniform_valid(MAX_DRAWN, SEED).into_iter().enumerate();
-        let drawn = drawn.map(|(index, angles)| match (limits.in_plane, index % 2) {
-            (false, _) => angles,
-            (true, 0) => Angles {
-                phi_d: 0.0,
-                ..angles
-            },
-            (true, _) => Angles {
-                phi_d: PI,
-                ..angles
-            },
+        let drawn = drawn.map(|(index, mut angles)| {
+            if limits.in_plane {
+                angles.phi_d = [0.0, PI][index % 2];
+            }
+            angles
         });
         let is_within = |angles: &Angles<f32>| {
             let at = HalfDifference::from_angles(*angles);
@@ -85,8 +80,6 @@ struct Joint {
     covariance: [DMatrix<f64>; 2],
     /// The factor of variances.
     scale: f64,
-    /// The variance of a reading's noise.
-    noise: f64,
     /// True for a candidate that states nothing about the color.
     is_gray: Vec<bool>,
 }
@@ -109,7 +102,6 @@ impl Joint {
             spreads: posterior.spreads(None, loss_directions()),
             covariance,
             scale: posterior.scale(0.0, 0),
-            noise: f64::from(DEFAULT_NOISE).powi(2),
             is_gray: at.is_gray,
         }
     }
@@ -138,7 +130,7 @@ impl Joint {
         if part == 1 && self.is_gray[candidate] {
             return f64::INFINITY;
         }
-        self.noise * SHARES[part]
+        f64::from(DEFAULT_NOISE).powi(2) * SHARES[part]
     }
 
     /// Assumes a reading at a candidate, with its expected value.

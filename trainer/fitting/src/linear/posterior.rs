@@ -13,9 +13,10 @@
 use std::sync::Arc;
 
 use glimpse_core::geometry::Angles;
-use glimpse_core::model::linear::{EPSILON, unmap};
+use glimpse_core::model::linear::{EPSILON, map, unmap};
 use glimpse_materials::basis::{BasisTable, Kernels};
-use nalgebra::DMatrix;
+use glimpse_materials::lists::add_scaled;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::aperture::Aperture;
@@ -338,10 +339,7 @@ impl Posterior {
         let predict = |(i, column): (usize, &Vec<(usize, f64)>)| {
             let mut expected = [0, 1, 2].map(|channel| means[0][(i, 0)] + means[1][(i, channel)]);
             for (row, entry) in column {
-                for (channel, expected) in expected.iter_mut().enumerate() {
-                    let weight = self.weights[0][(*row, 0)] + self.weights[1][(*row, channel)];
-                    *expected += entry * weight;
-                }
+                add_scaled(&mut expected, *entry, &self.weights_of(*row));
             }
             let [mean, difference] =
                 [0, 1].map(|part: usize| reduced[part].row(i).dot(&rests[part].row(i)));
@@ -378,17 +376,20 @@ impl Posterior {
         let exact = expected.map(|(i, predicted)| {
             [0, 1, 2].map(|channel: usize| {
                 let center = f64::from(at.centers[i][channel]);
-                let mapped = center + predicted.expected[channel] + self.rest(i, channel);
+                // The expected material leaves N R^-1 (y - Q a).
+                let mapped = center
+                    + predicted.expected[channel]
+                    + self.design.noise[i] * self.weights_of(i)[channel];
                 unmap(mapped, f64::from(at.cosines[i])).max(0.0) as f32
             })
         });
         exact.collect()
     }
 
-    /// Returns what the expected material does not explain of a reading's mapped value in a channel: N R^-1 (y - Q a).
-    pub(super) fn rest(&self, reading: usize, channel: usize) -> f64 {
-        let weight = self.weights[0][(reading, 0)] + self.weights[1][(reading, channel)];
-        self.design.noise[reading] * weight
+    /// Returns R^-1 (y - Q a) of a reading in red, green and blue.
+    fn weights_of(&self, reading: usize) -> [f64; 3] {
+        let [mean, differences] = &self.weights;
+        [0, 1, 2].map(|channel| mean[(reading, 0)] + differences[(reading, channel)])
     }
 }
 
@@ -418,13 +419,23 @@ pub(super) fn linearized(
 
 /// Returns the mapped readings minus the mean of the training: the mean of the channels, and the differences from it.
 pub(super) fn mapped(at: &PriorAt, brdf: &[[f32; 3]]) -> [DMatrix<f64>; 2] {
-    let channels = at.mapped(brdf);
-    let [red, green, blue] = channels.map(|channel| DMatrix::from_vec(brdf.len(), 1, channel));
-    let mean = (&red + &green + &blue) / 3.0;
-    let differences = [red, green, blue].map(|channel| channel - &mean);
-    let columns = differences.iter().map(|channel| channel.column(0));
-    let differences = DMatrix::from_columns(&columns.collect::<Vec<_>>());
-    [mean, differences]
+    let channels = DMatrix::from_fn(brdf.len(), 3, |reading, channel| {
+        let value = map(brdf[reading][channel].max(0.0), at.cosines[reading]);
+        f64::from(value - at.centers[reading][channel])
+    });
+    let mean = (channels.column(0) + channels.column(1) + channels.column(2)) / 3.0;
+    differences_from(mean, channels)
+}
+
+/// Returns the mean of channels or bands, and their differences from it.
+pub(super) fn differences_from(
+    mean: DVector<f64>,
+    mut channels: DMatrix<f64>,
+) -> [DMatrix<f64>; 2] {
+    for mut channel in channels.column_iter_mut() {
+        channel -= &mean;
+    }
+    [DMatrix::from_columns(&[mean]), channels]
 }
 
 /// Returns how much better readings predict each other without some of them: the sum of the differences of the logarithms

@@ -5,12 +5,11 @@
 //! s^2 rho(x, x') of a [`correlation`]. This is kriging with a learned trend (universal kriging: Cressie 1993, "Statistics for
 //! Spatial Data", chapter 3.4).
 
-use glimpse_materials::lists::add_scaled;
+use glimpse_materials::lists::{add_scaled, dot};
 use std::ops::Range;
 use std::sync::Arc;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::linear::map;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::LUMINANCE;
 use glimpse_materials::basis::{BasisTable, Kernels, Place, correlation};
@@ -152,12 +151,11 @@ impl PriorAt {
             };
             let cosines = 1.0 / range.clone().map(share).sum::<f64>();
             let of_channels = |values: [f64; 3], shares: [f64; 3]| {
-                let sum = values
-                    .iter()
-                    .zip(shares)
-                    .map(|(value, share)| value * share)
-                    .sum();
-                if is_gray { [sum; 3] } else { values }
+                if is_gray {
+                    [dot(&values, &shares); 3]
+                } else {
+                    values
+                }
             };
             // f c + e, relative to e.
             let light = range.clone().map(|at| {
@@ -186,18 +184,6 @@ impl PriorAt {
             sums.sums.push(range);
         }
         sums
-    }
-
-    /// Returns the BRDFs of sums (linear RGB, sr^-1, not times the cosine), mapped and minus the centers.
-    pub(super) fn mapped(&self, brdf: &[[f32; 3]]) -> [Vec<f64>; 3] {
-        let places = self.cosines.iter().zip(&self.centers);
-        [0, 1, 2].map(|channel: usize| {
-            let pairs = brdf.iter().zip(places.clone());
-            let mapped = pairs.map(|(brdf, (cosines, center))| {
-                f64::from(map(brdf[channel].max(0.0), *cosines) - center[channel])
-            });
-            mapped.collect()
-        })
     }
 
     /// Returns the covariances of the discrepancy of a channel in these sums with that in others: a column for each of the

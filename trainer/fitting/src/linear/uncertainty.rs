@@ -39,9 +39,9 @@ impl Posterior {
         let truth = material.values_at(&half_differences(loss_directions()));
         let spreads = self.spreads(Some(fit), loss_directions());
         let within = spreads.iter().zip(&truth).flat_map(|(spread, truth)| {
-            let errors = [0, 1, 2].map(|channel| f64::from(truth[channel]) - spread.fit[channel]);
-            (0..3).map(move |channel| {
-                errors[channel].abs() <= spread.difference(channel, 1.0, |brdf| brdf)
+            [0, 1, 2].map(|channel| {
+                let error = f64::from(truth[channel]) - spread.fit[channel];
+                error.abs() <= spread.difference(channel, 1.0, |brdf| brdf)
             })
         });
         within.filter(|is_within| *is_within).count() as f64 / (3 * truth.len()) as f64

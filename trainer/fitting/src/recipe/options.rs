@@ -445,13 +445,7 @@ impl TrainingOptions {
     /// Returns the machine that the pattern is trained for.
     #[must_use]
     pub fn machine(&self) -> TimedMachine {
-        let default = TimedMachine::default();
-        TimedMachine {
-            speeds: self.speeds.speed.unwrap_or(default.speeds),
-            settle: self.speeds.settle.unwrap_or(default.settle),
-            limits: self.limits(),
-            ..default
-        }
+        self.speeds.machine(self.limits(), &TimedMachine::default())
     }
 
     /// Returns the identity of a run with these options and materials.

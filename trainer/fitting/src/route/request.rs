@@ -87,6 +87,18 @@ pub struct SpeedArgs {
     pub settle: Option<f64>,
 }
 
+impl SpeedArgs {
+    /// Returns the machine with these limits. `stated` has the values of options that were not given.
+    pub(crate) fn machine(self, limits: Limits, stated: &TimedMachine) -> TimedMachine {
+        TimedMachine {
+            speeds: self.speed.unwrap_or(stated.speeds),
+            settle: self.settle.unwrap_or(stated.settle),
+            limits,
+            ..*stated
+        }
+    }
+}
+
 /// Options for a machine.
 #[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
 pub struct MachineArgs {
@@ -104,12 +116,7 @@ impl MachineArgs {
     /// # Errors
     /// If a value is out of range.
     pub fn machine(&self, stated: &TimedMachine) -> Result<TimedMachine, MachineError> {
-        let machine = TimedMachine {
-            speeds: self.speeds.speed.unwrap_or(stated.speeds),
-            settle: self.speeds.settle.unwrap_or(stated.settle),
-            limits: self.limits.or(stated.limits)?,
-            ..*stated
-        };
+        let machine = self.speeds.machine(self.limits.or(stated.limits)?, stated);
         machine.validate()?;
         Ok(machine)
     }

@@ -99,7 +99,8 @@ impl Densities {
         position: &Position<S>,
     ) -> [S; 2] {
         let TableShape { columns, rows } = self.shape;
-        let [(column, x), (row, y)] = self.shape.cell(point).map(|axis| axis.low_and_fraction());
+        let cell = self.shape.cell(point);
+        let [(column, x), (row, y)] = cell.map(|axis| (axis.nodes[0], axis.weights[1]));
         // Density and integrals at a node, interpolated between the two slices.
         let first_node = column + row * columns;
         let integral = |node: usize| {
