@@ -60,6 +60,12 @@ pub(crate) fn colors(
     Ok(values.as_chunks().0.to_vec())
 }
 
+/// Reads one number for all channels, or one for each.
+pub(crate) fn channels(argument: &Bound<'_, PyAny>, name: &str) -> Result<[f32; 3]> {
+    let array = call(argument.py(), "channels", (argument, name))?;
+    Ok([0, 1, 2].map(|channel| array[[channel]] as f32))
+}
+
 /// Pairs of directions, and the leading axes of their array: its shape without the axes of pairs and coordinates.
 pub(crate) struct Pairs {
     pub(crate) pairs: Vec<[[f64; 3]; 2]>,

@@ -10,9 +10,9 @@ use glimpse_fitting::measurement::{
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{Pairs, numbers, rows};
+use crate::arrays::{Pairs, channels, numbers, rows};
 use crate::choices::choose;
-use crate::error::{Result, reject, unexpected};
+use crate::error::{Result, reject};
 
 /// The keyword arguments of `Recipe.fit` that describe readings. Each is taken once; those that remain have no effect.
 pub(crate) struct ReadingArgs<'py>(pub(crate) Bound<'py, PyDict>);
@@ -114,21 +114,8 @@ impl<'py> ReadingArgs<'py> {
 
     /// Refuses arguments that were not taken.
     fn finish(&self) -> Result<()> {
-        for (name, value) in &self.0 {
-            let name: String = name.extract()?;
-            let reason = match &*name {
-                "saturated" | "noise" | "wavelengths" | "instrument" => "the file states it",
-                "quantity" => "the readings are counts with white",
-                "ignore" | "convention" | "unit" | "azimuth_unit" => "change the arrays instead",
-                "white_directions" | "footprint" | "dark" | "white_reflectance" | "saturation" => {
-                    "it requires white, the counts of a white reference"
-                }
-                _ => return unexpected("fit", &name),
-            };
-            if !value.is_none() {
-                return reject(format!("{name} has no effect: {reason}"));
-            }
-        }
+        let module = self.0.py().import("glimpse_brdf._arrays")?;
+        module.call_method1("refuse_unused", (&self.0,))?;
         Ok(())
     }
 
@@ -287,17 +274,4 @@ fn lab_readings(
         })
     });
     readings.collect()
-}
-
-/// Reads one number for all channels, or one for each.
-fn channels(argument: &Bound<'_, PyAny>, name: &str) -> Result<[f32; 3]> {
-    let values: Vec<f64> = numbers(argument, name)?.into_iter().collect();
-    match values[..] {
-        [value] => Ok([value as f32; 3]),
-        [r, g, b] => Ok([r, g, b].map(|value| value as f32)),
-        _ => reject(format!(
-            "{name} must be one number, or three, not {}",
-            values.len()
-        )),
-    }
 }

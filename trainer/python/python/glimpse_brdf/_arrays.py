@@ -31,6 +31,39 @@ def rows(
     return array
 
 
+def channels(argument: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:
+    """Converts one number for all channels, or one for each, to an array of shape (3,)."""
+    array = numbers(argument, name).ravel()
+    if array.size not in (1, 3):
+        raise GlimpseError(f"{name} must be one number, or three, not {array.size}")
+    return np.resize(array, 3)
+
+
+# The reasons for which arguments of `fit` have no effect.
+_UNUSED = {
+    "the file states it": ["saturated", "noise", "wavelengths", "instrument"],
+    "the readings are counts with white": ["quantity"],
+    "change the arrays instead": ["ignore", "convention", "unit", "azimuth_unit"],
+    "it requires white, the counts of a white reference": [
+        "white_directions",
+        "footprint",
+        "dark",
+        "white_reflectance",
+        "saturation",
+    ],
+}
+
+
+def refuse_unused(arguments: dict[str, Any]) -> None:
+    """Refuses keyword arguments of `fit` that nothing has taken."""
+    for name, value in arguments.items():
+        reason = next((reason for reason, names in _UNUSED.items() if name in names), None)
+        if reason is None:
+            raise TypeError(f"fit() got an unexpected keyword argument '{name}'")
+        if value is not None:
+            raise GlimpseError(f"{name} has no effect: {reason}")
+
+
 def pairs(
     incoming: npt.ArrayLike, outgoing: Optional[npt.ArrayLike], free: Sequence[bool]
 ) -> npt.NDArray[np.float64]:
