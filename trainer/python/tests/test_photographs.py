@@ -200,7 +200,8 @@ def test_dust_is_named_by_its_place_and_masked(trainer, tmp_path):
     for index, (column, row, count) in enumerate([(82.5, 62.5, 36), (71.5, 91.5, 16)]):
         outlier = report["photographs"][index]
         assert outlier["pixels"]["outlier"] == pytest.approx(count, abs=30)
-        assert np.hypot(*np.subtract(list(map(int, outlier["outlier"].split(","))), (column, row))) < 5
+        name, _, x, _, y = outlier["outlier"].split(" ")
+        assert name == f"{index}.png," and np.hypot(int(x[:-1]) - column, int(y) - row) < 5
 
     # The fit names the place of an outlier among the readings.
     with open(tmp_path / "clean.csv", newline="") as file:

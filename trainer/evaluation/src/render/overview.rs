@@ -27,11 +27,10 @@ pub fn overview(
             let [column, row] = ball.center;
             let arms = [x - column - scale * right, y - row + scale * up].map(f64::abs);
             let from_rim = ((x - column).hypot(y - row) - ball.radius).abs();
-            return match arms[0].min(arms[1]) < 0.7 && arms[0].max(arms[1]) < 0.1 * ball.radius {
-                true => YELLOW,
-                false if from_rim < 0.004 * ball.radius + 0.5 => GREEN,
-                false => shown,
-            };
+            let is_cross = arms[0].min(arms[1]) < 0.7 && arms[0].max(arms[1]) < 0.1 * ball.radius;
+            let is_outline = from_rim < 0.004 * ball.radius + 0.5;
+            let outlined = if is_outline { GREEN } else { shown };
+            return if is_cross { YELLOW } else { outlined };
         }
         let is_read = |one: &PhotoReading| one.photograph == image && one.index == pixel;
         match uses[image][pixel] {

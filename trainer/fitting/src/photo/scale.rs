@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use clap::ValueEnum;
+use glimpse_materials::lists::add_scaled;
 
 use super::Photograph;
 use super::ball::{Ball, dot};
@@ -60,9 +61,8 @@ impl LinearPicture {
             let first = index / width * block * self.width + index % width * block;
             let rows = (0..block).map(|row| &self.pixels[first + row * self.width..][..block]);
             let mut sum = [0.0; 3];
-            for pixel in rows.flatten() {
-                sum = [0, 1, 2].map(|channel: usize| sum[channel] + pixel[channel]);
-            }
+            rows.flatten()
+                .for_each(|pixel| add_scaled(&mut sum, 1.0, pixel));
             sum.map(|channel| channel / (block * block) as f32)
         };
         Self {
@@ -75,18 +75,16 @@ impl LinearPicture {
     /// Returns the pixel between pixels, NaN off the picture.
     pub(super) fn at(&self, [x, y]: [f64; 2]) -> [f64; 3] {
         let is_inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 - 1.0;
-        let pixel = |offset: usize, channel: usize| {
-            let index = y as usize * self.width + x as usize + offset;
+        let (right, down) = (x.fract(), y.fract());
+        let weights = [1.0 - down, down].map(|weight| [weight * (1.0 - right), weight * right]);
+        let mut sum = [0.0; 3];
+        for (corner, weight) in weights.as_flattened().iter().enumerate() {
+            let index = (y as usize + corner / 2) * self.width + x as usize + corner % 2;
             let pixel = self.pixels.get(index).filter(|_| is_inside);
-            pixel.map_or(f64::NAN, |pixel| f64::from(pixel[channel]))
-        };
-        let between = |one: f64, other: f64, share: f64| one * (1.0 - share) + other * share;
-        [0, 1, 2].map(|channel| {
-            let [left, right, below, last] =
-                [0, 1, self.width, self.width + 1].map(|offset| pixel(offset, channel));
-            let above = between(left, right, x.fract());
-            between(above, between(below, last, x.fract()), y.fract())
-        })
+            let pixel = pixel.map_or([f64::NAN; 3], |pixel| pixel.map(f64::from));
+            add_scaled(&mut sum, *weight, &pixel);
+        }
+        sum
     }
 }
 

@@ -122,10 +122,7 @@ impl Photo {
             let is_outlier = |index: &usize| uses[*index] == Some(PixelUse::Outlier);
             let outliers: Vec<usize> = (0..uses.len()).filter(is_outlier).collect();
             let outlier = outliers.get(outliers.len() / 2);
-            let outlier = outlier.map(|index| {
-                let [x, y] = original(photograph.picture.place(*index), block);
-                format!("{x:.0}, {y:.0}")
-            });
+            let outlier = outlier.map(|index| place(photograph, *index, block));
             json!({
                 "picture": photograph.name,
                 "light_degrees": photograph.light.direction[2].acos().to_degrees(),
@@ -163,6 +160,12 @@ fn original(place: [f64; 2], block: usize) -> [f64; 2] {
     place.map(|side| (side + 0.5) * block as f64 - 0.5)
 }
 
+/// Returns the name of a pixel's place.
+fn place(photograph: &Photograph, index: usize, block: usize) -> String {
+    let [x, y] = original(photograph.picture.place(index), block);
+    format!("{}, column {x:.0}, row {y:.0}", photograph.name)
+}
+
 fn to_csv(
     photographs: &[Photograph],
     readings: &[PhotoReading],
@@ -175,9 +178,7 @@ fn to_csv(
         let angles = polar(reading.angles).map(f64::to_degrees);
         let numbers = angles.iter().chain(&reading.brdf).chain([&reading.noise]);
         let numbers = numbers.map(|number| (*number as f32).to_string());
-        let Photograph { name, picture, .. } = &photographs[reading.photograph];
-        let [x, y] = original(picture.place(reading.index), block);
-        let place = format!("{name}, column {x:.0}, row {y:.0}");
+        let place = place(&photographs[reading.photograph], reading.index, block);
         csv.write_record(numbers.chain([place]))?;
     }
     csv.into_inner().map_err(|error| error.into_error().into())

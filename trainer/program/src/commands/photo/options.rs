@@ -170,11 +170,8 @@ impl PhotographArgs {
                 lights.collect::<anyhow::Result<_>>()?
             }
         };
-        let white_ball = match self.white_shape {
-            _ if whites.is_empty() => None,
-            Some(WhiteShape::Tile) => None,
-            Some(WhiteShape::Ball) | None => Some(find(&whites, "--white")?),
-        };
+        let is_ball = !whites.is_empty() && self.white_shape != Some(WhiteShape::Tile);
+        let white_ball = is_ball.then(|| find(&whites, "--white")).transpose()?;
         let reflectance = self.white_reflectance.unwrap_or([0.99; 3]);
         let mut photographs = Vec::new();
         for (index, (picture, light)) in pictures.into_iter().zip(lights).enumerate() {
