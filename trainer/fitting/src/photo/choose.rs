@@ -222,7 +222,6 @@ fn mean(pixels: &[&Pixel]) -> Option<PhotoReading> {
     let brdf = [0, 1, 2].map(|channel| mean(&|pixel| pixel.brdf[channel]).max(0.0));
     let at = HalfDifference::from_angles(angles);
     let lowest = at.cos_theta_i().min(at.cos_theta_o());
-    let first = pixels.first()?;
     let of_mean = mean(&|pixel| pixel.logarithm);
     let distance = |pixel: &Pixel| (pixel.logarithm - of_mean).powi(2);
     let furthest = |one: &&&Pixel, other: &&&Pixel| distance(one).total_cmp(&distance(other));
@@ -234,7 +233,7 @@ fn mean(pixels: &[&Pixel]) -> Option<PhotoReading> {
         angles,
         brdf,
         noise: noise.min(MAX_NOISE),
-        photograph: first.photograph,
+        photograph: strangest.photograph,
         index: strangest.index,
     })
 }

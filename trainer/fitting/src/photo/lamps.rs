@@ -38,11 +38,8 @@ pub fn next_lamps(posterior: &Posterior, count: usize) -> Vec<NextReading> {
             let readings = [&known[..], &pixels(*lamp)].concat();
             (*lamp, posterior.expected_loss_after(&readings))
         };
-        let losses: Vec<_> = open.par_iter().map(after).collect();
-        let best = losses
-            .into_iter()
-            .min_by(|a, b| a.1.loss.total_cmp(&b.1.loss));
-        let (lamp, prediction) = best?;
+        let after = open.par_iter().map(after);
+        let (lamp, prediction) = after.min_by(|a, b| a.1.loss.total_cmp(&b.1.loss))?;
         open.retain(|other| *other != lamp);
         known.extend(pixels(lamp));
         Some(NextReading {

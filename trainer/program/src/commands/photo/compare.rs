@@ -21,15 +21,11 @@ impl Photo {
     /// --measurements. Writes a picture, and prints the errors, and their means in the last row.
     pub(super) fn compare(&self, photographs: &[Photograph], fit: &Path) -> anyhow::Result<()> {
         file_type(&self.out, &["png"])?;
-        for input in [Some(fit), self.measurements.as_deref()]
-            .into_iter()
-            .flatten()
-        {
-            refuse_input(&self.out, input)?;
-        }
+        let readings = self.measurements.as_deref();
+        refuse_input(&self.out, readings.unwrap_or(fit))?;
         let fit = load_single(&Source(fit.display().to_string()))?;
         let (errors, picture) = compare_photographs(photographs, &*fit);
-        let ggx = self.measurements.as_deref().map(fit_ggx).transpose()?;
+        let ggx = readings.map(fit_ggx).transpose()?;
         let ggx = ggx.map(|ggx| compare_photographs(photographs, &ggx).0);
         write_file(&self.out, &picture.to_png()?, self.force)?;
         let names = photographs.iter().map(|one| &one.name[..]);

@@ -172,8 +172,7 @@ fn to_csv(
     block: usize,
 ) -> anyhow::Result<Vec<u8>> {
     let mut csv = csv::Writer::from_writer(Vec::new());
-    let names = "theta_i,phi_i,theta_o,phi_o,r,g,b,noise,place";
-    csv.write_record(names.split(','))?;
+    csv.write_record("theta_i,phi_i,theta_o,phi_o,r,g,b,noise,place".split(','))?;
     for reading in readings {
         let angles = polar(reading.angles).map(f64::to_degrees);
         let numbers = angles.iter().chain(&reading.brdf).chain([&reading.noise]);
