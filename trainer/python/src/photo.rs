@@ -37,7 +37,7 @@ pub(crate) fn photo<'py>(
         return reject("the scale is unknown: pass intensities, or albedo for relative values");
     }
     let flat: Vec<f32> = array.iter().map(|value| *value as f32).collect();
-    let pixels = flat.as_chunks().0.chunks(width * height);
+    let pixels = flat.as_chunks().0.chunks((width * height).max(1));
     let pictures = pixels.map(|pixels| LinearPicture {
         width,
         height,
