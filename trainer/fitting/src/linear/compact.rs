@@ -4,7 +4,6 @@
 //! [`HOST_NODES`]. A device's, the compact basis, has a least-squares fit of the interpolation, which needs several times
 //! fewer nodes.
 
-use glimpse_materials::lists::indices;
 use std::f64::consts::{FRAC_PI_2, SQRT_2, TAU};
 use std::iter::once;
 
@@ -12,6 +11,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::Nodes;
 use glimpse_core::model::linear::format::FORMAT;
 use glimpse_materials::basis::BasisTable;
+use glimpse_materials::lists::indices;
 use glimpse_materials::sampling::uniform_valid;
 use rayon::prelude::*;
 

@@ -5,7 +5,6 @@
 //! s^2 rho(x, x') of a [`correlation`]. This is kriging with a learned trend (universal kriging: Cressie 1993, "Statistics for
 //! Spatial Data", chapter 3.4).
 
-use glimpse_materials::lists::{add_scaled, dot};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -13,6 +12,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::LUMINANCE;
 use glimpse_materials::basis::{BasisTable, Kernels, Place, correlation};
+use glimpse_materials::lists::{add_scaled, dot};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 

@@ -1,9 +1,9 @@
 //! The spectrum of a fit: the colors of readings and fit in bands.
 
-use glimpse_materials::lists::dot;
 use std::f64::consts::PI;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_materials::lists::dot;
 use glimpse_materials::{Lab, Material, Viewing, ciede2000, have_color, weighted_sums};
 use serde::Serialize;
 

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use super::super::{emit, load_single};
 use super::Photo;
-use crate::output::{file_as_json, file_type, refuse_input, write_file};
+use crate::output::{file_as_json, file_type, write_file};
 use crate::report::Table;
 
 impl Photo {
@@ -22,7 +22,6 @@ impl Photo {
     pub(super) fn compare(&self, photographs: &[Photograph], fit: &Path) -> anyhow::Result<()> {
         file_type(&self.out, &["png"])?;
         let readings = self.measurements.as_deref();
-        refuse_input(&self.out, readings.unwrap_or(fit))?;
         let fit = load_single(&Source(fit.display().to_string()))?;
         let (errors, picture) = compare_photographs(photographs, &*fit);
         let ggx = readings.map(fit_ggx).transpose()?;

@@ -83,7 +83,8 @@ impl Photo {
             file_type(&self.out, &["csv"])?;
         }
         let picture = self.out.with_extension("png");
-        for input in self.photographs.files() {
+        let compared = self.compare.iter().chain(&self.measurements);
+        for input in self.photographs.files().chain(compared) {
             refuse_input(&self.out, input)?;
             refuse_input(&picture, input)?;
         }
