@@ -8,7 +8,7 @@ use glimpse_fitting::measurement::{
     AngleArgs, AngleTable, CountCalibration, Multiple, NamedRecipe, ReadingQuantity, ReadingRows,
     Readings, TableArgs,
 };
-use glimpse_fitting::photo::LinearPicture;
+use glimpse_program::picture;
 
 use crate::support::{ANGLES, Folder, accepted};
 
@@ -25,7 +25,7 @@ static RECIPES: LazyLock<[NamedRecipe; 2]> = LazyLock::new(|| {
 /// Checks a picture.
 pub(crate) fn check_picture(bytes: &[u8]) {
     // Only the error of a file has its name.
-    if let Some(picture) = accepted(LinearPicture::decode(bytes), "") {
+    if let Some(picture) = accepted(picture::decode(bytes), "") {
         assert_eq!(picture.pixels.len(), picture.width * picture.height);
         let mut values = picture.pixels.as_flattened().iter();
         assert!(values.all(|value| value.is_finite()));

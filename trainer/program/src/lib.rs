@@ -4,6 +4,7 @@
 //! compiles while the libraries below it are still being optimized.
 //!
 //! - `output`: output files
+//! - `picture`: files of linear pictures of cameras
 //! - `progress`: progress bars, and Ctrl-C
 //! - `training`: trainings that write recipes
 //! - `report`: tables, plots, pages
@@ -15,6 +16,7 @@ mod benchmark;
 mod commands;
 mod experiment;
 mod output;
+pub mod picture;
 mod progress;
 mod report;
 mod training;

@@ -14,7 +14,7 @@ pub use choose::{PhotoReading, PixelUse, choose};
 pub use chrome::{ChromeError, chrome_light};
 pub use lamps::next_lamps;
 pub use lights::Light;
-pub use picture::{LinearPicture, PictureFileError, PictureProblem};
+pub use picture::LinearPicture;
 pub use scale::{WhiteShape, set_albedo};
 
 /// A photograph of a ball.

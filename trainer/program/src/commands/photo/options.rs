@@ -9,6 +9,7 @@ use glimpse_fitting::photo::{
 };
 
 use super::super::numbers::{finite, number, reflectances};
+use crate::picture;
 
 /// The longest side of the pictures that are worked with, in pixels: larger ones are averaged over blocks.
 const MAX_SIDE: usize = 512;
@@ -98,7 +99,7 @@ impl PhotographArgs {
         };
         let mut read = |paths: &[PathBuf]| {
             let pictures = paths.iter().map(|path| {
-                let mut picture = LinearPicture::read(path)?;
+                let mut picture = picture::read(path)?;
                 check_size(path, &picture)?;
                 picture.mark_saturated(self.saturation);
                 Ok(picture.shrunk(MAX_SIDE))
@@ -117,7 +118,7 @@ impl PhotographArgs {
             dark.iter().for_each(|dark| picture.subtract(dark));
         }
         let mask = self.mask.as_deref().map(|path| {
-            let mask = LinearPicture::read_mask(path)?;
+            let mask = picture::read_mask(path)?;
             check_size(path, &mask)?;
             anyhow::Ok(mask.shrunk(MAX_SIDE))
         });

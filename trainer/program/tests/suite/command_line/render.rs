@@ -4,7 +4,6 @@ use std::fs;
 use std::path::Path;
 
 use glimpse_evaluation::render::Picture;
-use glimpse_fitting::photo::LinearPicture;
 use serde_json::json;
 
 use super::Folder;
@@ -61,7 +60,7 @@ fn renders_photographs() {
     let report = folder.succeed_as_json(&format!("{command} --lights lamps.csv --out set"));
     assert_eq!(report["circle"], json!([15.5, 15.5, 15.36]));
     for (name, is_in_front) in [("set/a.png", true), ("set/b.png", false)] {
-        let picture = LinearPicture::read(&folder.at(name)).expect("a linear picture");
+        let picture = glimpse_program::picture::read(&folder.at(name)).expect("a linear picture");
         let brightest = picture
             .pixels
             .as_flattened()
