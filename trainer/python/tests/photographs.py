@@ -1,8 +1,9 @@
 """The errors of fits to photographs of a ball.
 
 usage: python photographs.py RECIPE SOURCE...
+       python photographs.py --mitsuba RECIPE FILE.bsdf...
 
-A renderer of its own photographs a ball of each material under three lights, with noise. Prints for each error of the setup the
+NumPy, or Mitsuba's plugin `measured`, photographs a ball of each material under three lights, with noise. Prints for each error of the setup the
 means over materials: the loss, its ratio to that of exact readings at the same directions, and the color error; and how far the circle that was
 found is off, in pixels.
 """
@@ -44,10 +45,34 @@ def photograph(material, direction):
     return image.reshape(SIDE, SUBPIXELS, SIDE, SUBPIXELS, 3).mean((1, 3))
 
 
+def photograph_by_mitsuba(path, direction):
+    """Returns `photograph` of a file of RGL's database, rendered by Mitsuba."""
+    import mitsuba as mi
+
+    mi.set_variant("scalar_rgb")
+    middle = (SIDE - 1) / 2
+    center = [(CENTER[0] - middle) / RADIUS, (middle - CENTER[1]) / RADIUS, 0]
+    to_world = mi.ScalarTransform4f().look_at(origin=[0, 0, 5], target=[0, 0, 0], up=[0, 1, 0])
+    side = SIDE / 2 / RADIUS
+    scene = {
+        "type": "scene",
+        "integrator": {"type": "direct"},
+        "sensor": {
+            "type": "orthographic",
+            "to_world": to_world @ mi.ScalarTransform4f().scale([side, side, 1]),
+            "film": {"type": "hdrfilm", "width": SIDE, "height": SIDE, "rfilter": {"type": "box"}},
+        },
+        "lamp": {"type": "directional", "direction": (-direction).tolist(), "irradiance": 1.0},
+        "ball": {"type": "sphere", "center": center, "bsdf": {"type": "measured", "filename": path}},
+    }
+    image = np.array(mi.render(mi.load_dict(scene), spp=4 * SUBPIXELS**2))[..., :3]
+    return np.maximum(image, 0)
+
+
 class Setup:
     """Photographs of a material by a camera of 16 bits, exposed so that the brightest pixel is nearly white."""
 
-    def __init__(self, material, random):
+    def __init__(self, material, random, photograph=photograph):
         self.lights = np.array([light(*angles) for angles in LIGHTS])
         images = np.array([photograph(material, direction) for direction in self.lights])
         images *= 1 + NOISE * random.normal(size=images.shape)
@@ -78,9 +103,8 @@ def errors(recipe, material, readings):
     return row["loss"], row["delta_e"]
 
 
-def cases(material, random):
+def cases(setup, material):
     """Yields the name and the readings of each case."""
-    setup = Setup(material, random)
     circle = {}
     try:
         readings = setup.readings()
@@ -100,11 +124,19 @@ def cases(material, random):
     yield "all exposures 5 % off", setup.readings(intensities=setup.intensities * 1.05, **circle)
 
 
-def main(recipe, *sources):
+def main(*arguments):
+    by_mitsuba = arguments[0] == "--mitsuba"
+    recipe, *sources = arguments[by_mitsuba:]
     recipe = glimpse.Recipe.load(recipe)
     rows, circles = {}, []
-    for index, material in enumerate(material for source in sources for material in glimpse.load_materials(source)):
-        for name, readings in cases(material, np.random.default_rng(index)):
+    pairs = [(source, material) for source in sources for material in glimpse.load_materials(source)]
+    for index, (source, material) in enumerate(pairs):
+        random = np.random.default_rng(index)
+        if by_mitsuba:
+            setup = Setup(source, random, photograph_by_mitsuba)
+        else:
+            setup = Setup(material, random)
+        for name, readings in cases(setup, material):
             rows.setdefault(name, []).append(errors(recipe, material, readings))
             if name == "photographs":
                 circles.append(np.abs(np.subtract(readings["circle"], (*CENTER, RADIUS))).max())
