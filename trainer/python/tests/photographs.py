@@ -50,6 +50,7 @@ def photograph_by_mitsuba(path, direction):
     import mitsuba as mi
 
     mi.set_variant("scalar_rgb")
+    mi.set_log_level(mi.LogLevel.Error)
     middle = (SIDE - 1) / 2
     center = [(CENTER[0] - middle) / RADIUS, (middle - CENTER[1]) / RADIUS, 0]
     to_world = mi.ScalarTransform4f().look_at(origin=[0, 0, 5], target=[0, 0, 0], up=[0, 1, 0])

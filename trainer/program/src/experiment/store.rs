@@ -169,15 +169,15 @@ impl<'a> Store<'a> {
                 continue;
             }
             let effort = settings.effort_for(schedule);
-            text += &format!("Schedule {} at effort {}", schedule.name(), effort.name());
+            text += &format!("Schedule {}: effort {}", schedule.name(), effort.name());
             text += &match (schedule, effort.paper_step_divisor()) {
-                (Schedule::Paper, 1) => " (all of the paper's steps); ".to_owned(),
-                (Schedule::Paper, divisor) => format!(" (1/{divisor} of the paper's steps); "),
-                _ => "; ".to_owned(),
+                (Schedule::Paper, 1) => ", all of the paper's steps. ".to_owned(),
+                (Schedule::Paper, divisor) => format!(", 1/{divisor} of the paper's steps. "),
+                _ => ". ".to_owned(),
             };
         }
         text + &format!(
-            "seed {}, {} seeds of random directions. Training set: {} ({} materials). Test set: {} ({} materials).",
+            "Seed {}; random directions are drawn {} times. Training set: {} ({} materials). Test set: {} ({} materials).",
             settings.seed,
             settings.seeds,
             settings.data.label(),

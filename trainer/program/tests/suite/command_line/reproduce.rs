@@ -53,7 +53,7 @@ fn experiment_is_saved_and_reused() {
         .lines()
         .filter(|line| line.starts_with("published,"));
     assert_eq!(evaluations.lines().count() - published.count(), 1 + 6);
-    let settings = "Schedule paper at effort brief (";
+    let settings = "Schedule paper: effort brief, ";
     let sets = "seed 0, 1 seeds of random directions. Training set: procedural:4 (4 materials). Test set: \
                 procedural:1:1 (1 materials).";
     assert_names(printed, &[settings, sets]);
