@@ -61,7 +61,7 @@ def test_public_items_have_docstrings():
                     assert member.__doc__, (name, key)
 
 
-NOTEBOOKS = {"first_material": "velvet.bsdf", "next_reading": "velvet.json", "paint_laboratory": "red-paint_rgb.bsdf"}
+NOTEBOOKS = {"first_material": "red-paint.bsdf", "next_reading": "red-paint.json", "paint_laboratory": "red-paint_rgb.bsdf"}
 
 
 @pytest.mark.parametrize("name, result", NOTEBOOKS.items())
@@ -73,3 +73,11 @@ def test_notebook_runs(tmp_path, monkeypatch, name, result):
     assert cells and not any(cell.outputs or cell.execution_count for cell in cells), "clear the notebook's outputs"
     NotebookClient(notebook, timeout=300, resources={"metadata": {"path": tmp_path}}).execute()
     assert os.path.exists(tmp_path / result)
+
+
+def test_saved_notebook_has_one_line_of_a_training():
+    source = "import glimpse_brdf\nglimpse_brdf.train('phong', 'procedural:10', samples=2, effort='brief').samples"
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(source)])
+    NotebookClient(notebook, timeout=300).execute()
+    progress, result = notebook.cells[0].outputs
+    assert (progress.output_type, result.data["text/plain"]) == ("display_data", "2")

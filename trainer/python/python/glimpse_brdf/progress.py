@@ -20,14 +20,16 @@ class Progress(NamedTuple):
 
 
 def bar() -> Optional[Callable[[Progress], None]]:
-    """Returns a function that draws `Progress` as a bar on stderr; None if nobody watches it.
+    """Returns a function that draws `Progress`; None if nobody watches it.
 
-    A notebook or a terminal watches. The bar is that of tqdm, if it is installed.
+    A notebook or a terminal watches. In a terminal, the bar is that of tqdm, if it is installed.
     """
-    if not (_in_notebook() or (sys.stderr is not None and sys.stderr.isatty())):
+    if _in_notebook():
+        return _in_one_output()
+    if sys.stderr is None or not sys.stderr.isatty():
         return None
     try:
-        from tqdm.auto import tqdm  # type: ignore[import-untyped, unused-ignore]
+        from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
     except ImportError:
         return _line
     bars: list[Any] = []
@@ -50,12 +52,32 @@ def _in_notebook() -> bool:
     return ipython is not None and hasattr(ipython.get_ipython(), "kernel")
 
 
+def _in_one_output() -> Callable[[Progress], None]:
+    """Returns a function that replaces one output of a notebook's cell: a saved notebook has the last line only."""
+    from IPython.display import display  # type: ignore[import-not-found, unused-ignore]
+
+    shown: list[Any] = []
+
+    def draw(progress: Progress) -> None:
+        text = {"text/plain": _text(progress) + _steps(progress)}
+        if shown:
+            shown[0].update(text, raw=True)
+        else:
+            shown.append(display(text, raw=True, display_id=True))
+
+    return draw
+
+
 def _text(progress: Progress) -> str:
     loss = f", loss {progress.loss:.4f}" if math.isfinite(progress.loss) else ""
     return progress.phase + loss
 
 
+def _steps(progress: Progress) -> str:
+    return f": {progress.done} of {progress.total}" if progress.total else ""
+
+
 def _line(progress: Progress) -> None:
     end = "\n" if 0 < progress.total <= progress.done else ""
-    sys.stderr.write(f"\r{_text(progress)}: {progress.done} of {progress.total}\x1b[K{end}")
+    sys.stderr.write(f"\r{_text(progress)}{_steps(progress)}\x1b[K{end}")
     sys.stderr.flush()
