@@ -173,7 +173,7 @@ impl Next {
         };
         ensure!(
             count == 0 || !directions.is_empty(),
-            "no open reading is within the limits ({}): widen them, or name other instruments",
+            "all readings are taken, or outside the limits ({}): widen them, or name other instruments",
             super::limits::describe(machine.limits)
         );
         let report = Report {
