@@ -127,9 +127,9 @@ impl Quickstart {
 
 /// The picture that `tests/figures` makes.
 const MEASURED: &[u8] = include_bytes!("measured.png");
-const MEASURED_CAPTION: &str = "Two measured materials of RGL's database (CC0), each rendered from its measurement and from \
-    fits to 8 readings, by recipes that were trained on others. Delta E is the color error: 1 is just visible; the paper's felt \
-    shows what 4 is. The materials below are synthetic, if --data did not choose others.";
+const MEASURED_CAPTION: &str = "Two of RGL's measured materials (CC0), rendered from the measurement, and from fits of Neural \
+    to 8 of its values by recipes that never saw them. Delta E is the color error: 1 is just visible, the middle felt has 3.8. \
+    The materials below are synthetic, if --data did not choose others.";
 const INTRODUCTION: &str = "A recipe holds learned directions of measurement, and learned initial \
     parameters of a small network that is fitted to the readings. This page shows scans of unseen \
     materials with bundled recipes for 1, 2, 4, 8 and 16 pairs of directions, and for 16 pairs in 16 seconds. Each material is measured \
