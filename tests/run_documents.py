@@ -219,7 +219,7 @@ def main():
         be_program(trainer, arguments[1], arguments[2:])
     word = "".join(arguments)
     listed = subprocess.run(["git", "ls-files", "*.md"], cwd=ROOT, check=True, capture_output=True, text=True).stdout
-    failures = [f"READER_HAS: there is no document {name}" for name in READER_HAS.keys() - set(listed.split())]
+    failures = [f"READER_HAS: no such document: {name}" for name in READER_HAS.keys() - set(listed.split())]
     with tempfile.TemporaryDirectory() as scratch:
         runner = Runner(trainer, Path(scratch))
         for document in listed.split():

@@ -139,7 +139,10 @@ impl Table {
         let columns = columns
             .iter()
             .filter(|(table, ..): &&RecordColumn| table == name);
-        anyhow::ensure!(columns.clone().count() > 0, "no table {name} in records.csv");
+        anyhow::ensure!(
+            columns.clone().count() > 0,
+            "no table {name} in records.csv"
+        );
         let row = |record: &Value| {
             let cells = columns.clone();
             let cells = cells.map(|(_, _, path, _)| record.pointer(path).cloned());

@@ -14,6 +14,7 @@ mod initial_weights;
 pub mod objective;
 pub mod refinement;
 mod sample_order;
+mod steps;
 pub mod train;
 
 pub(crate) use any_directions::train_any;

@@ -22,6 +22,7 @@ use super::hyperparameters::Hyperparameters;
 use super::initial_weights::initial_weights;
 use super::refinement::{STEPS, choose_initial, initial_hyperparameters};
 use super::sample_order::greedy_order;
+use super::steps::Steps;
 use crate::correction::Correction;
 use crate::initialization::initial_guess;
 use crate::outer::{MetaValues, OuterStep, scaled_sum};
@@ -33,8 +34,6 @@ use crate::tasks::task::{Dropout, TrainingTask};
 
 /// The number of tasks that a thread processes together.
 const CHUNK: usize = 16;
-/// The number of directions of a task's loss. Twice as many do not lower the loss on other materials.
-pub(super) const OUTER_SAMPLES: usize = 128;
 /// The number of coefficients, m.
 pub(super) const COMPONENTS: usize = 24;
 /// The number of hidden units of the CoefficientNet, h.
@@ -61,6 +60,8 @@ pub struct PriorObjective<'a> {
     pub subset: &'a Subset<'a>,
     /// The layer sizes of both networks.
     pub shape: Shape,
+    /// The number of directions of a task's loss, at a pattern.
+    pub outer_samples: usize,
     /// The random number streams.
     pub streams: RandomStreams,
     /// The refinement after the StartNet; None for the model Linear.
@@ -91,7 +92,7 @@ pub struct StepOptions {
 
 /// The tasks of a step at random directions.
 pub(super) const RANDOM_TASKS: StepOptions = StepOptions {
-    outer_samples: OUTER_SAMPLES,
+    outer_samples: 128,
     dropout: Dropout::Any,
     is_refined: true,
 };
@@ -115,6 +116,7 @@ impl<'a> PriorObjective<'a> {
                 units: if parameters > 0 { START_UNITS } else { 0 },
                 parameters,
             },
+            outer_samples: Steps::of(options.effort, options.model).outer_samples,
             streams: RandomStreams { seed: options.seed },
             refinement: ModelKernels::of(options.model),
             auxiliary_weight: AUXILIARY_WEIGHT,

@@ -8,14 +8,13 @@ use glimpse_fitting::linear::{ComponentsAt, to_host_bytes};
 use glimpse_fitting::recipe::expected_loss::{LossEstimate, ValidatedLoss, ValidationSplit};
 use glimpse_fitting::recipe::options::Effort;
 use glimpse_materials::basis::BasisTable;
-use glimpse_materials::rows;
 use glimpse_optimizer::Groups;
-use serde::Deserialize;
 
 use super::cross_validation::{FOLDS, Fold, HeldOut, TrainedFold, folds};
 use super::dataset::{Dataset, Subset};
 use super::hyperparameters::Hyperparameters;
-use super::objective::{COMPONENTS, OUTER_SAMPLES, PriorObjective, RANDOM_TASKS, StepOptions};
+use super::objective::{COMPONENTS, PriorObjective, RANDOM_TASKS, StepOptions};
+use super::steps::Steps;
 use crate::job::Job;
 use crate::loss_predictor::{HeldOutLoss, LossPredictor};
 use crate::outer::{Criterion, Gradient, PathOfSamples, Phase, PhaseStart, Session};
@@ -144,33 +143,6 @@ fn validated_loss(training_loss: LossEstimate, held_out_losses: &[HeldOutLoss]) 
     }
 }
 
-/// The step counts of an effort.
-#[derive(Deserialize)]
-struct Steps {
-    effort: Effort,
-    /// True for Linear.
-    is_linear: bool,
-    /// The number of patterns in the search; 0 without a search.
-    patterns: u64,
-    /// The number of steps for each pattern in the search.
-    search: usize,
-    /// The number of steps of the CoefficientNet phase.
-    coefficient_net: usize,
-    /// The number of steps of the StartNet phase; 0 for Linear.
-    start_net: usize,
-    /// The number of steps of the CoefficientNet and StartNet phases in each fold.
-    fold: [usize; 2],
-}
-
-impl Steps {
-    fn of(effort: Effort, model: ModelKind) -> Self {
-        let mut all = rows::<Self>(include_str!("steps.csv")).into_iter();
-        let is_linear = model == ModelKind::Linear;
-        all.find(|steps| steps.effort == effort && steps.is_linear == is_linear)
-            .expect("each effort has two rows")
-    }
-}
-
 /// Returns the gradient of a phase.
 fn phase_gradient<'a>(
     objective: &'a PriorObjective<'a>,
@@ -178,7 +150,7 @@ fn phase_gradient<'a>(
     is_refined: bool,
 ) -> Gradient<'a> {
     let options = StepOptions {
-        outer_samples: OUTER_SAMPLES,
+        outer_samples: objective.outer_samples,
         dropout,
         is_refined,
     };
@@ -265,7 +237,7 @@ pub fn phases<'a>(objective: &'a PriorObjective<'a>, effort: Effort) -> Vec<Phas
         return vec![Phase {
             start: None,
             gradient: Box::new(|values, step| objective.gradient(values, step, RANDOM_TASKS)),
-            ..start_net_phase(objective, steps.start_net)
+            ..start_net_phase(objective, steps.random_start_net)
         }];
     }
     let search = (0..steps.patterns).map(|guess| {

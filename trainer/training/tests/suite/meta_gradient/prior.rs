@@ -76,6 +76,7 @@ fn with_reach<T>(
             units: if refinement.is_some() { 5 } else { 0 },
             parameters: model.parameters().unwrap_or(0),
         },
+        outer_samples: 128,
         streams: RandomStreams { seed: 11 },
         refinement,
         auxiliary_weight: 0.0,
