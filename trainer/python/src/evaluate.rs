@@ -49,7 +49,7 @@ pub(crate) fn evaluate<'py>(
     #[pyo3(from_py_with = integer::seed)] seed: u64,
     threads: Option<&Bound<'_, PyAny>>,
 ) -> Result<Bound<'py, PyAny>> {
-    let threads = threads.map(integer::threads).transpose()?;
+    let threads = threads.map_or(Ok(0), integer::threads).map(Some)?;
     let degradation = Degradation {
         first: first.map(integer::first).transpose()?,
         lost: lose,

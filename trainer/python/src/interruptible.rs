@@ -19,8 +19,8 @@ const PERIOD: Duration = Duration::from_millis(20);
 /// The thread pool, and the id of the process that has its threads.
 static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
-/// Returns a pool of `threads` threads, or that of this process. A forked process inherits a pool without threads: it leaks that
-/// one, and makes another.
+/// Returns a new pool of `threads` threads (0 for the default number), or that of this process. A forked process inherits a pool
+/// without threads: it leaks that one, and makes another.
 ///
 /// The lock is held together with the GIL only, which Python's fork holds too: a forked process finds it unlocked.
 fn pool(_: Python<'_>, threads: Option<usize>) -> Result<Arc<ThreadPool>> {
@@ -37,7 +37,8 @@ fn pool(_: Python<'_>, threads: Option<usize>) -> Result<Arc<ThreadPool>> {
     Ok(pool)
 }
 
-/// Runs `work` in a pool of `threads` threads, or in that of the process, without the GIL, so that other Python threads continue.
+/// Runs `work` in a pool of `threads` threads (0 for the default number), or in that of the process, without the GIL, so that
+/// other Python threads continue. Long work has a pool of its own, so that short work does not wait for it.
 ///
 /// Meanwhile the calling thread checks for signals and calls `report`, which may call Python. If either raises an
 /// exception, the flag passed to `work` is set. The exception is returned as soon as `work` has ended.

@@ -81,7 +81,7 @@ pub(crate) fn train(
     if resume && checkpoint.is_none() {
         return reject("resume has no effect: it requires checkpoint");
     }
-    let threads = threads.map(integer::threads).transpose()?;
+    let threads = threads.map_or(Ok(0), integer::threads)?;
     let MachineArgs { limits, speeds } = PyMachine::args(machine);
     let mut options = TrainingOptions {
         limits,
@@ -108,7 +108,7 @@ pub(crate) fn train(
         }
         Ok(())
     };
-    let result = run_interruptible(py, threads, report, |stop| {
+    let result = run_interruptible(py, Some(threads), report, |stop| {
         let data = materials.sources.label();
         let (materials, source_shares) = materials.load()?;
         options.source_shares = source_shares;
