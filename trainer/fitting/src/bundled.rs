@@ -5,6 +5,9 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use serde::{Deserialize, Serialize};
 
+use crate::recipe::{Metadata, MetadataError};
+use crate::route::{Order, Route};
+
 /// The compact basis of all bundled recipes of the model Linear.
 pub static BASIS: &[u8] = include_bytes!("../../recipes/linear.basis24");
 /// The compact basis of all bundled recipes without a pattern.
@@ -78,6 +81,50 @@ pub static PAPER: BundledRecipe = BundledRecipe {
     bytes: include_bytes!("../../recipes/paper/neural-n8.recipe"),
 };
 
+/// A bundled recipe as `trainer recipes list --json` and Python list it.
+#[derive(Serialize)]
+pub struct Entry {
+    name: &'static str,
+    model: &'static str,
+    samples: usize,
+    takes_missing: bool,
+    checksum: String,
+    bytes: usize,
+    basis_bytes: Option<usize>,
+    /// Seconds of a scan on the machine that the recipe was trained for, or else on the default one.
+    seconds: Option<f64>,
+    loss: Option<Losses>,
+}
+
+impl Entry {
+    fn new(bundled: &BundledRecipe) -> Result<Self, MetadataError> {
+        let recipe = bundled.recipe();
+        let machine = Metadata::of(&recipe)?.machine();
+        let route = Route::of_recipe(&recipe, &machine, Order::Travel);
+        Ok(Self {
+            name: bundled.name,
+            model: recipe.model().name(),
+            samples: recipe.samples(),
+            takes_missing: recipe.tolerates_missing(),
+            checksum: format!("{:08x}", recipe.checksum()),
+            bytes: bundled.bytes.len(),
+            basis_bytes: bundled.basis().map(<[u8]>::len),
+            seconds: route
+                .map(|route| route.total())
+                .filter(|_| recipe.samples() > 0),
+            loss: bundled.losses(),
+        })
+    }
+}
+
+/// Lists all bundled recipes.
+///
+/// # Errors
+/// None in practice: a test reads the metadata of all.
+pub fn entries() -> Result<Vec<Entry>, MetadataError> {
+    ALL.iter().map(Entry::new).collect()
+}
+
 /// Returns the bundled recipe with this name; None if no recipe has it.
 #[must_use]
 pub fn find(name: &str) -> Option<&'static BundledRecipe> {
@@ -130,7 +177,6 @@ impl BundledRecipe {
 
 #[cfg(test)]
 mod tests {
-    use crate::recipe::Metadata;
     use crate::recipe::options::Schedule;
     use glimpse_core::fit::Estimator;
     use glimpse_core::model::linear;

@@ -53,8 +53,8 @@ use glimpse_materials::setting::set_name_style;
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Seed of all random numbers; the same seed gives the same results. Commands without random
-    /// numbers ignore it
+    /// Seed of all random numbers; the same seed gives the same bytes on processors with the same vector
+    /// instructions (AVX-512, AVX2 or NEON) and C library. Commands without random numbers ignore it
     #[arg(long, global = true, default_value_t = 0, value_parser = commands::numbers::number(0..=u64::MAX))]
     seed: u64,
     /// Number of threads, 1 to 1024; results do not depend on it [default: all cores]

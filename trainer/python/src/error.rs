@@ -5,7 +5,7 @@ use std::ffi::CString;
 use std::io;
 
 use glimpse_materials::SourceError;
-use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyUserWarning, PyValueError};
+use pyo3::exceptions::{PyRuntimeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 
 pyo3::create_exception!(
@@ -70,12 +70,6 @@ pub(crate) fn warn(py: Python<'_>, text: String) -> Result<()> {
 /// Returns a `GlimpseError` with this message.
 pub(crate) fn reject<T>(message: impl Into<String>) -> Result<T> {
     Err(Failure(GlimpseError::new_err(message.into())))
-}
-
-/// Returns a `TypeError` for a keyword argument that a function does not have.
-pub(crate) fn unexpected<T>(function: &str, argument: &str) -> Result<T> {
-    let message = format!("{function}() got an unexpected keyword argument '{argument}'");
-    Err(Failure(PyTypeError::new_err(message)))
 }
 
 /// Converts a panic to an exception, so that it does not abort the interpreter. A panic is a bug in this module.

@@ -6,7 +6,8 @@ use glimpse_evaluation::evaluation::{Degradation, Evaluator, Method};
 use pyo3::prelude::*;
 
 use crate::arrays::to_python;
-use crate::error::{Result, reject};
+use crate::error::Result;
+use crate::integer;
 use crate::interruptible::run_interruptible;
 use crate::recipe::PyRecipe;
 use crate::sources::MaterialArgs;
@@ -27,28 +28,30 @@ use crate::sources::MaterialArgs;
 /// does not predict them. Its entry `trained_on` lists the materials that are training materials of the recipe.
 /// `namesakes_trained_on` lists the materials that have only the name of a training material. The losses of both are
 /// not estimates for unseen materials. Both entries are None if the recipe does not list its training materials.
+///
+/// `threads` is the number of threads, as in `train`.
 #[pyfunction]
 #[pyo3(signature = (
     recipe, materials, *, first = None, lose = 0, noise = 0.0, additive = 0.0, levels = 0, seeds = 5, seed = 0,
+    threads = None,
 ))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
 pub(crate) fn evaluate<'py>(
     py: Python<'py>,
     recipe: &Bound<'py, PyRecipe>,
     materials: &Bound<'py, PyAny>,
-    first: Option<usize>,
-    lose: usize,
+    first: Option<&Bound<'_, PyAny>>,
+    #[pyo3(from_py_with = integer::lose)] lose: usize,
     noise: f32,
     additive: f32,
-    levels: u32,
-    seeds: u64,
-    seed: u64,
+    #[pyo3(from_py_with = integer::levels)] levels: u32,
+    #[pyo3(from_py_with = integer::seeds)] seeds: u64,
+    #[pyo3(from_py_with = integer::seed)] seed: u64,
+    threads: Option<&Bound<'_, PyAny>>,
 ) -> Result<Bound<'py, PyAny>> {
-    if !(1..=10_000).contains(&seeds) {
-        return reject(format!("seeds must be 1 to 10000, not {seeds}"));
-    }
+    let threads = threads.map_or(Ok(0), integer::threads).map(Some)?;
     let degradation = Degradation {
-        first,
+        first: first.map(integer::first).transpose()?,
         lost: lose,
         noise,
         additive,
@@ -66,5 +69,5 @@ pub(crate) fn evaluate<'py>(
         let report = evaluator.evaluate_with_progress(&method, seed, seeds, &|| {}, stop)?;
         Result::Ok(report.with_overlaps(&recipe.0.file.metadata().materials, &materials))
     };
-    to_python(py, run_interruptible(py, |_| Ok(()), report)??)
+    to_python(py, run_interruptible(py, threads, |_| Ok(()), report)??)
 }

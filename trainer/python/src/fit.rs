@@ -13,6 +13,7 @@ use pyo3::types::PyBytes;
 use crate::arrays::{Array, Pairs, to_python};
 use crate::error::{ImplausibleError, Result, reject, warn};
 use crate::files::write;
+use crate::integer;
 use crate::interruptible::run_detached;
 use crate::material::{Origin, PyMaterial};
 
@@ -99,7 +100,7 @@ impl PyFittedMaterial {
     /// `next` reading, which would help most.
     #[getter]
     fn report<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
-        to_python(py, self.to_report())
+        to_python(py, run_detached(py, || self.to_report())?)
     }
 
     /// The directions of the fitted readings: unit vectors, incoming and outgoing, float64 of shape (n, 2, 3).
@@ -123,13 +124,15 @@ impl PyFittedMaterial {
     #[pyo3(signature = (incoming, outgoing = None))]
     fn deviation(
         &self,
+        py: Python<'_>,
         incoming: &Bound<'_, PyAny>,
         outgoing: Option<&Bound<'_, PyAny>>,
     ) -> Result<Array<f32>> {
         let pairs = Pairs::from_arrays(incoming, outgoing, &[])?;
         let angles = pairs.angles()?;
         let posterior = &self.fit.selection.posterior;
-        let deviations = posterior.deviations(self.material().fitted(), angles);
+        let fitted = self.material().fitted();
+        let deviations = run_detached(py, || posterior.deviations(fitted, angles))?;
         Ok(Array::new(&pairs.shape, 3, deviations.concat()))
     }
 
@@ -146,6 +149,7 @@ impl PyFittedMaterial {
     #[pyo3(signature = (incoming, outgoing = None))]
     fn spectrum(
         &self,
+        py: Python<'_>,
         incoming: &Bound<'_, PyAny>,
         outgoing: Option<&Bound<'_, PyAny>>,
     ) -> Result<Array<f32>> {
@@ -155,7 +159,8 @@ impl PyFittedMaterial {
         let pairs = Pairs::from_arrays(incoming, outgoing, &[])?;
         let at = pairs.angles()?.into_iter();
         let at: Vec<_> = at.map(HalfDifference::from_angles).collect();
-        let (spectra, bands) = (bands.evaluate(&at), bands.wavelengths().len());
+        let spectra = run_detached(py, || bands.evaluate(&at))?;
+        let bands = bands.wavelengths().len();
         Ok(Array::new(&pairs.shape, bands, spectra.concat()))
     }
 
@@ -168,7 +173,7 @@ impl PyFittedMaterial {
         py: Python<'_>,
         path: PathBuf,
         format: Option<&str>,
-        seed: u64,
+        #[pyo3(from_py_with = integer::seed)] seed: u64,
         overwrite: bool,
         as_fitted: bool,
     ) -> Result<()> {
@@ -182,7 +187,8 @@ impl PyFittedMaterial {
             );
         }
         let fitted = slf.get();
-        write(&fitted.fit.files(&path, &fitted.to_report())?, overwrite)
+        let files = || fitted.fit.files(&path, &fitted.to_report());
+        write(&run_detached(py, files)??, overwrite)
     }
 
     /// Supports pickle, which stores the recipe and the readings. Unpickling repeats the fit.

@@ -13,6 +13,7 @@ mod error;
 mod evaluate;
 mod files;
 mod fit;
+mod integer;
 mod interruptible;
 mod loss;
 mod machine;
@@ -38,7 +39,7 @@ mod _glimpse_brdf {
         machine::PyMachine,
         material::{PyMaterial, load_material, load_materials, table_directions},
         photo::photo,
-        recipe::PyRecipe,
+        recipe::{PyRecipe, bundled_recipes},
         train::train,
     };
 

@@ -3,8 +3,9 @@
 use glimpse_core::geometry::Arms;
 use glimpse_fitting::route::{LimitArgs, MachineArgs, SpeedArgs, axis_speeds};
 use pyo3::prelude::*;
+use serde_json::json;
 
-use crate::arrays::numbers;
+use crate::arrays::{numbers, to_python};
 use crate::error::{Result, reject};
 
 /// A machine with two arms, for `Recipe.plan`, `Recipe.next` and `train`. Defaults are those of the recipe, if it was
@@ -44,6 +45,13 @@ impl PyMachine {
                 settle: settle_seconds,
             },
         }))
+    }
+
+    /// Supports copy and pickle: the arguments of the constructor.
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> Result<((), Bound<'py, PyAny>)> {
+        let mut named = json!(self.0);
+        named["speed_degrees_per_second"] = json!(self.0.speeds.speed.map(Arms::to_array));
+        Ok(((), to_python(py, named)?))
     }
 }
 

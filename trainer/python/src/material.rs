@@ -1,6 +1,5 @@
 //! Materials: evaluation, construction from functions and arrays, and writing.
 
-use std::f64::consts::FRAC_PI_2;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -22,6 +21,7 @@ use crate::arrays::{Array, Pairs, colors, directions_of, numbers};
 use crate::choices::choose;
 use crate::error::{Result, reject, warn};
 use crate::files::write;
+use crate::integer;
 use crate::interruptible::run_detached;
 
 /// Directions in one call of a Python function.
@@ -81,32 +81,25 @@ impl PyMaterial {
     }
 
     /// Returns the BRDF at pairs of directions, and 0 if one of them is not above the horizon.
-    fn evaluate(&self, pairs: &[[[f64; 3]; 2]]) -> Vec<f32> {
+    fn evaluate(&self, pairs: &[[[f64; 3]; 2]]) -> Vec<[f32; 3]> {
         let mut values = vec![[0.0_f32; 3]; pairs.len()];
-        let chunks = pairs.par_chunks(BATCH).zip(values.par_chunks_mut(BATCH));
-        chunks.for_each(|(pairs, values)| {
-            let angles = pairs
-                .iter()
-                .map(|[incoming, outgoing]| angles_from_vectors(*incoming, *outgoing));
-            let (above, angles): (Vec<usize>, Vec<Angles<f32>>) = angles
-                .enumerate()
-                .filter_map(|(index, angles)| Some((index, angles?)))
-                .unzip();
-            // Batches of a fit are faster and have the same values.
-            let brdf = if matches!(self.origin, Origin::Readings) {
-                let directions = angles.into_iter().map(HalfDifference::from_angles);
-                self.material.values_at(&directions.collect::<Vec<_>>())
-            } else {
-                let brdf = angles
-                    .into_iter()
-                    .map(|angles| self.material.at_angles(angles));
-                brdf.collect()
-            };
-            for (index, brdf) in above.into_iter().zip(brdf) {
-                values[index] = brdf;
-            }
-        });
-        values.into_flattened()
+        let angles = |(index, [incoming, outgoing]): (usize, &[_; 2])| {
+            Some((index, angles_from_vectors(*incoming, *outgoing)?))
+        };
+        let angles = pairs.iter().enumerate().filter_map(angles);
+        let (above, angles): (Vec<usize>, Vec<Angles<f32>>) = angles.unzip();
+        // Batches of a fit are faster and have the same values.
+        let brdf = if matches!(self.origin, Origin::Readings) {
+            let directions = angles.into_iter().map(HalfDifference::from_angles);
+            self.material.values_at(&directions.collect::<Vec<_>>())
+        } else {
+            let at = |angles| self.material.at_angles(angles);
+            angles.into_iter().map(at).collect()
+        };
+        for (index, brdf) in above.into_iter().zip(brdf) {
+            values[index] = brdf;
+        }
+        values
     }
 }
 
@@ -161,11 +154,13 @@ impl PyMaterial {
     ) -> Result<Array<f32>> {
         let Pairs { pairs, shape } = Pairs::from_arrays(incoming, outgoing, &[])?;
         let values = if pairs.len() > BATCH {
-            run_detached(py, || self.evaluate(&pairs))?
+            let batches = pairs.par_chunks(BATCH);
+            let values = batches.flat_map_iter(|pairs| self.evaluate(pairs));
+            run_detached(py, || values.collect())?
         } else {
             py.detach(|| self.evaluate(&pairs))
         };
-        Ok(Array::new(&shape, 3, values))
+        Ok(Array::new(&shape, 3, values.into_flattened()))
     }
 
     /// Writes the material in another program's format: "merl" (NAME.binary), "rgl" (NAME.bsdf, for Mitsuba 3's
@@ -186,7 +181,7 @@ impl PyMaterial {
         py: Python<'_>,
         path: PathBuf,
         format: Option<&str>,
-        seed: u64,
+        #[pyo3(from_py_with = integer::seed)] seed: u64,
         overwrite: bool,
         as_fitted: bool,
     ) -> Result<()> {
@@ -214,25 +209,26 @@ impl PyMaterial {
         Ok(())
     }
 
-    /// Returns the directional albedo: the share of light from theta_i (radians, any shape) that is reflected, in linear RGB;
-    /// the result has the shape (..., 3).
-    fn albedo(&self, py: Python<'_>, theta_i: &Bound<'_, PyAny>) -> Result<Array<f32>> {
-        let theta_i = numbers(theta_i, "theta_i")?;
-        let mut angles = theta_i.iter();
-        if !angles.all(|theta| (0.0..=FRAC_PI_2).contains(theta)) {
-            return reject("theta_i must be 0 to pi/2, in radians");
+    /// Returns the directional albedo: the share of light from a polar angle (0 to 90 degrees, any shape) that is reflected, in
+    /// linear RGB; the result has the shape (..., 3).
+    fn albedo(&self, py: Python<'_>, theta_i_degrees: &Bound<'_, PyAny>) -> Result<Array<f32>> {
+        let theta_i = numbers(theta_i_degrees, "theta_i_degrees")?;
+        let is_invalid = |theta: &&f64| !(0.0..=90.0).contains(*theta);
+        if let Some(theta) = theta_i.iter().find(is_invalid) {
+            return reject(format!("theta_i_degrees holds {theta}: give 0 to 90"));
         }
-        let albedo = |theta: &f64| directional_albedo(&*self.material, theta.to_degrees() as f32);
+        let albedo = |theta: &f64| directional_albedo(&*self.material, *theta as f32);
         let albedos = run_detached(py, || theta_i.iter().flat_map(albedo).collect())?;
         Ok(Array::new(theta_i.shape(), 3, albedos))
     }
 
     /// Renders a sphere as `trainer render sphere` does: sRGB, uint8 of shape (size, size, 3).
     #[pyo3(signature = (size = 256))]
-    fn render(&self, py: Python<'_>, size: usize) -> Result<Array<u8>> {
-        if !(1..=4096).contains(&size) {
-            return reject("size must be 1 to 4096 pixels");
-        }
+    fn render(
+        &self,
+        py: Python<'_>,
+        #[pyo3(from_py_with = integer::size)] size: usize,
+    ) -> Result<Array<u8>> {
         let picture = run_detached(py, || render_sphere(&*self.material, size).tone_map())?;
         Ok(Array::new(&[size, size], 3, picture.pixels.concat()))
     }

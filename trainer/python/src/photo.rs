@@ -13,13 +13,13 @@ use crate::interruptible::run_detached;
 /// `pictures` has the shape (k, height, width, 3). Saturated pixels are inf, and unknown ones NaN. `lights` are the
 /// vectors toward the light of each, (k, 3): x right, y up, z toward the camera. A pixel divided by `intensities`, (k, 3), is
 /// the BRDF times cos(theta_i). Without them, pass `albedo`, the median of pi times the BRDF, to which the values are then relative.
-/// `circle` is the ball's outline: column, row, radius in pixels; by default it is found. `field_of_view` is
-/// the full angle of the width in degrees, of a camera that is near.
+/// `circle` is the ball's outline: column, row, radius in pixels; by default it is found. `field_of_view_degrees`
+/// is the full angle of the width, of a camera that is near.
 ///
 /// Returns a dict: directions, float64 of shape (n, 2, 3); brdf (n, 3) and noise (n,), for `Recipe.fit`; pixels, int64 of shape
 /// (n, 3): photograph, column, row; and circle.
 #[pyfunction]
-#[pyo3(signature = (pictures, lights, *, intensities=None, albedo=None, circle=None, field_of_view=None))]
+#[pyo3(signature = (pictures, lights, *, intensities=None, albedo=None, circle=None, field_of_view_degrees=None))]
 pub(crate) fn photo<'py>(
     py: Python<'py>,
     pictures: &Bound<'py, PyAny>,
@@ -27,7 +27,7 @@ pub(crate) fn photo<'py>(
     intensities: Option<&Bound<'py, PyAny>>,
     albedo: Option<f64>,
     circle: Option<[f64; 3]>,
-    field_of_view: Option<f64>,
+    field_of_view_degrees: Option<f64>,
 ) -> Result<Bound<'py, PyDict>> {
     let array = numbers(pictures, "pictures")?;
     let &[count, height, width, 3] = array.shape() else {
@@ -58,7 +58,7 @@ pub(crate) fn photo<'py>(
         let Some(mut ball) = found else {
             return reject("no circle is found: pass circle");
         };
-        ball.camera = field_of_view.map(|angle| Camera::new(angle, width, height));
+        ball.camera = field_of_view_degrees.map(|angle| Camera::new(angle, width, height));
         let mut photographs = Vec::new();
         for (index, (picture, vector)) in pictures.into_iter().zip(lights).enumerate() {
             let light = Light::new(vector, intensities.as_ref().map(|all| all[index]));

@@ -10,18 +10,10 @@ use crate::error::Result;
 /// Returns a route as Python's `Plan`.
 pub(crate) fn plan<'py>(py: Python<'py>, route: &Route) -> Result<Bound<'py, PyAny>> {
     let visits = || route.visits.iter();
-    let directions = visits().map(|visit| {
-        let [theta_i, phi_i, theta_o, phi_o] = visit.arms.to_array().map(f64::to_radians);
-        [(theta_i, phi_i), (theta_o, phi_o)].map(|(theta, phi)| {
-            let (sin, cos) = theta.sin_cos();
-            [sin * phi.cos(), sin * phi.sin(), cos]
-        })
-    });
     let arguments = (
         route.order.name(),
         Array::list(visits().map(|visit| visit.index as i64)),
         Array::rows(visits().map(|visit| visit.arms.to_array())),
-        Array::pairs(directions),
         Array::list(visits().map(|visit| visit.seconds)),
         route.total(),
         route.travel,

@@ -13,6 +13,7 @@ use pyo3::types::PyDict;
 use crate::arrays::{Pairs, channels, numbers, rows};
 use crate::choices::choose;
 use crate::error::{Result, reject};
+use crate::interruptible::run_detached;
 
 /// The keyword arguments of `Recipe.fit` that describe readings. Each is taken once; those that remain have no effect.
 pub(crate) struct ReadingArgs<'py>(pub(crate) Bound<'py, PyDict>);
@@ -70,7 +71,8 @@ impl<'py> ReadingArgs<'py> {
             }
         };
         self.finish()?;
-        Ok(Readings::new(given, rows, quantity)?)
+        let new = || Readings::new(given, rows, quantity);
+        Ok(run_detached(self.0.py(), new)??)
     }
 
     /// Takes an argument, or None.

@@ -5,26 +5,25 @@ use std::sync::Arc;
 
 use glimpse_core::numeric::Rows;
 use glimpse_core::recipe::Recipe;
+use glimpse_fitting::bundled;
 use glimpse_fitting::linear::{Posterior, Proposal};
 use glimpse_fitting::measurement::{LossScale, NamedRecipe, Readings};
 use glimpse_fitting::recipe::RecipeFile;
 use glimpse_fitting::route::{PlanArgs, SpeedArgs, arms_in_degrees};
 use glimpse_materials::basis::BasisTable;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyType};
+use pyo3::types::{PyBytes, PyDict};
 
 use crate::arrays::{Array, Pairs, result, to_python};
 use crate::choices::choose;
 use crate::error::{Result, reject};
 use crate::files::write;
 use crate::fit::PyFittedMaterial;
+use crate::integer;
 use crate::interruptible::run_detached;
 use crate::machine::PyMachine;
 use crate::plan;
 use crate::readings::ReadingArgs;
-
-/// Bytes of a recipe, and of its basis.
-type RecipeBytes<'py> = (Bound<'py, PyBytes>, Option<Bound<'py, PyBytes>>);
 
 /// A recipe: the directions to measure, and the method that fits the readings. `train` returns a recipe.
 ///
@@ -182,7 +181,7 @@ impl PyRecipe {
         order: Option<&str>,
         machine: Option<&Bound<'_, PyMachine>>,
         full_turns: bool,
-        seed: u64,
+        #[pyo3(from_py_with = integer::seed)] seed: u64,
     ) -> Result<Bound<'py, PyAny>> {
         let request = PlanArgs {
             order: choose("order", order)?,
@@ -259,18 +258,16 @@ impl PyRecipe {
         slf: &Bound<'py, Self>,
         directions: Option<&Bound<'py, PyAny>>,
         readings: Option<&Bound<'py, PyAny>>,
-        count: usize,
+        #[pyo3(from_py_with = integer::count)] count: usize,
         machine: Option<&Bound<'_, PyMachine>>,
         accept_implausible: bool,
     ) -> Result<Bound<'py, PyAny>> {
-        if !(1..=256).contains(&count) {
-            return reject(format!("count is {count}: give 1 to 256"));
-        }
         let (py, given, machine) = (slf.py(), &slf.get().0, PyMachine::args(machine));
         given.machine(&machine)?;
         let any = given.continuing();
+        let unread = || Posterior::new(&any.prior, &[]);
         let (posterior, measured) = match (directions, readings) {
-            (None, None) => (Posterior::new(&any.prior, &[]), Vec::new()),
+            (None, None) => (run_detached(py, unread)?, Vec::new()),
             (Some(directions), Some(readings)) => {
                 let args = ReadingArgs(PyDict::new(py));
                 let readings = args.readings(&any, readings, Some(directions))?;
@@ -292,14 +289,16 @@ impl PyRecipe {
         if proposals.is_empty() {
             return reject("no direction is within the limits: widen them");
         }
+        let now = || (posterior.expected_loss().loss, LossScale::of(&posterior));
+        let (loss, scale) = run_detached(py, now)?;
         let list = |number: fn(&Proposal) -> f64| Array::list(proposals.iter().map(number));
         let has_seconds = machine.speeds != SpeedArgs::default();
         let arguments = (
             Array::directions(proposals.iter().map(|proposal| proposal.angles)),
             list(|proposal| proposal.expected_loss.into()),
             list(|proposal| proposal.bound.into()),
-            posterior.expected_loss().loss,
-            to_python(py, LossScale::of(&posterior))?,
+            loss,
+            to_python(py, scale)?,
             has_seconds.then(|| list(|proposal| proposal.seconds)),
         );
         result(py, "Proposals", arguments)
@@ -308,7 +307,7 @@ impl PyRecipe {
     /// Returns the recipe of readings at directions, an array (n, 2, 3), that a recipe without a pattern fits.
     fn at(&self, directions: &Bound<'_, PyAny>) -> Result<Self> {
         let angles = Pairs::from_arrays(directions, None, &[])?.angles()?;
-        Ok(Self(self.0.at(&angles)?))
+        Ok(Self(run_detached(directions.py(), || self.0.at(&angles))??))
     }
 
     /// Returns [mean, components]: the mapped mean, float32 (n,), and the components, float32 (n, k), at directions (n, 2, 3).
@@ -340,7 +339,8 @@ impl PyRecipe {
     ) -> Result<Bound<'py, PyFittedMaterial>> {
         let (rows, quantity) = postcard::from_bytes(data)
             .or_else(|error| reject(format!("the pickle is damaged: {error}")))?;
-        let readings = Readings::new(&slf.get().0, rows, quantity)?;
+        let given = &slf.get().0;
+        let readings = run_detached(slf.py(), || Readings::new(given, rows, quantity))??;
         PyFittedMaterial::new(slf.as_any(), readings, name, keep_all)
     }
 
@@ -367,9 +367,29 @@ impl PyRecipe {
         self.recipe().checksum()
     }
 
-    /// Supports copy and pickle.
-    fn __reduce__<'py>(&self, py: Python<'py>) -> (Bound<'py, PyType>, RecipeBytes<'py>) {
-        let class = py.get_type::<Self>();
-        (class, (self.to_bytes(py), self.basis_bytes(py)))
+    /// Returns itself: a recipe is immutable.
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
     }
+
+    /// Returns itself: a recipe is immutable.
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    /// Supports pickle, which stores the name and checksum of a bundled recipe, and else the bytes, with a compressed basis.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyAny>> {
+        let (module, given) = (slf.py().import("glimpse_brdf._pickles")?, &slf.get().0);
+        let basis = given.basis.as_ref().map(|basis| basis.file());
+        let bundled = bundled::find_by_checksum(given.file.recipe().checksum());
+        let bundled = bundled.filter(|bundled| bundled.basis() == basis);
+        Ok(module.call_method1("reduce", (slf, bundled.map(|bundled| bundled.name)))?)
+    }
+}
+
+/// Lists the bundled recipes, which `Recipe.load` takes by name, as `trainer recipes list --json` does: a list of dicts, which
+/// `pandas.DataFrame` takes. `seconds` is the time of a scan; `loss` has the mean losses on unseen materials.
+#[pyfunction]
+pub(crate) fn bundled_recipes(py: Python<'_>) -> Result<Bound<'_, PyAny>> {
+    to_python(py, bundled::entries()?)
 }

@@ -10,19 +10,22 @@ use glimpse_fitting::route::MachineArgs;
 use glimpse_training::checkpoint::TrainingState;
 use glimpse_training::outer::{self, Checkpoints};
 use glimpse_training::run::{check, train as meta_train};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use crate::arrays::{Pairs, from_python};
-use crate::error::{Result, reject, unexpected};
+use crate::error::{Result, reject};
+use crate::integer::{self, integer};
 use crate::interruptible::run_interruptible;
 use crate::machine::PyMachine;
 use crate::recipe::PyRecipe;
 use crate::sources::MaterialArgs;
 
-/// Trains a recipe as `trainer train` does; the same options give the same bytes.
+/// Trains a recipe as `trainer train` does; the same options give the same bytes on any number of
+/// threads, and on processors with the same vector instructions (AVX-512, AVX2 or NEON) and C library.
 ///
 /// `model` is "phong", "cook-torrance", "linear" or "neural". `samples` is the number of readings n (default 8),
 /// or "any" for a recipe without a pattern, for readings at any directions. `materials` are the training materials: a source as for `load_materials`, a Material, or a list of both (default
@@ -48,12 +51,12 @@ use crate::sources::MaterialArgs;
 /// or notebook; False draws none. If it raises an exception, training
 /// stops and `train` raises that exception. `checkpoint` is a folder in which the run is saved at least every 10 seconds,
 /// and after Ctrl-C or an exception of `progress`. The same call with
-/// `resume=True` continues the run and gives the same bytes. A finished run deletes its checkpoints, and the folder if
-/// it is then empty.
+/// `resume=True` continues the run and gives the same bytes, on such processors. A finished run deletes its checkpoints, and
+/// the folder if it is then empty. `threads` is the number of threads, 1 to 1024 (default: as many as all computations of the module).
 #[pyfunction]
 #[pyo3(signature = (
     model, materials = None, *, machine = None, pattern = None, checkpoint = None, resume = false, progress = None,
-    **options
+    threads = None, **options
 ))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
 pub(crate) fn train(
@@ -65,6 +68,7 @@ pub(crate) fn train(
     checkpoint: Option<PathBuf>,
     resume: bool,
     progress: Option<Bound<'_, PyAny>>,
+    threads: Option<&Bound<'_, PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> Result<PyRecipe> {
     let module = py.import("glimpse_brdf.progress")?;
@@ -77,6 +81,7 @@ pub(crate) fn train(
     if resume && checkpoint.is_none() {
         return reject("resume has no effect: it requires checkpoint");
     }
+    let threads = threads.map_or(Ok(0), integer::threads)?;
     let MachineArgs { limits, speeds } = PyMachine::args(machine);
     let mut options = TrainingOptions {
         limits,
@@ -103,7 +108,7 @@ pub(crate) fn train(
         }
         Ok(())
     };
-    let result = run_interruptible(py, report, |stop| {
+    let result = run_interruptible(py, Some(threads), report, |stop| {
         let data = materials.sources.label();
         let (materials, source_shares) = materials.load()?;
         options.source_shares = source_shares;
@@ -136,12 +141,19 @@ fn parse_options(given: Option<&Bound<'_, PyDict>>, model: &str) -> Result<Train
         let name: String = name.extract()?;
         let value = match &*name {
             _ if value.is_none() => continue,
-            "samples" => json!(sample_count(&value)?),
+            "samples" if value.eq("any")? => json!(0),
+            "samples" => json!(integer::<usize>(&value, "samples (or \"any\")", 1..=4096)?),
+            _ if all.get(&name).is_some_and(Value::is_u64) => {
+                json!(integer::<u64>(&value, &name, 0..=u64::MAX)?)
+            }
             _ => from_python(&value)?,
         };
         match all.get_mut(&name) {
             Some(option) if !NOT_GIVEN.contains(&&*name) => *option = value,
-            _ => return unexpected("train", &name),
+            _ => {
+                let message = format!("train() got an unexpected keyword argument '{name}'");
+                return Err(PyTypeError::new_err(message).into());
+            }
         }
         options = from_json(&name, all.clone())?;
     }
@@ -162,17 +174,6 @@ const NOT_GIVEN: [&str; 6] = [
     "limits",
     "speeds",
 ];
-
-/// Returns the number of samples; 0 for "any".
-fn sample_count(value: &Bound<'_, PyAny>) -> Result<usize> {
-    if value.eq("any")? {
-        return Ok(0);
-    }
-    match value.extract::<i64>().map(usize::try_from) {
-        Ok(Ok(count)) if count > 0 => Ok(count),
-        _ => reject(format!("samples is {value}: give 1 to 4096, or \"any\"")),
-    }
-}
 
 /// Returns the checkpoints. Without `resume`, an unfinished run in the folder is an error.
 fn checkpoints(directory: Option<PathBuf>, resume: bool) -> Result<Option<Checkpoints>> {

@@ -66,6 +66,62 @@ def test_compact_basis_replaces_complete_basis(tmp_path):
     np.testing.assert_array_equal(glimpse.load_material(tmp_path / "fitted.json")(directions), fitted(directions))
 
 
+def test_pickles_are_small_and_copies_equal(trained):
+    # Of a bundled recipe, the name and the checksum.
+    for row in glimpse.bundled_recipes():
+        recipe = glimpse.Recipe.load(row["name"])
+        assert (recipe.model, recipe.samples, recipe.checksum) == (row["model"], row["samples"], row["checksum"])
+        pickled = pickle.dumps(recipe)
+        assert len(pickled) < 200 and pickle.loads(pickled) == recipe
+    with pytest.raises(glimpse.GlimpseError):
+        pickle.loads(pickled.replace(row["checksum"].encode(), b"01234567"))
+    # Others have a compressed basis, of the same bytes.
+    recipe = trained["linear"]
+    pickled = pickle.dumps(recipe)
+    assert len(pickled) < 0.35 * len(recipe.basis_bytes())
+    assert pickle.loads(pickled).basis_bytes() == recipe.basis_bytes()
+    assert copy.copy(recipe) is recipe and copy.deepcopy([recipe])[0] is recipe
+
+    machine = Machine(speed_degrees_per_second=[20, 10, 5, 3], settle_seconds=0.3, max_theta_i_degrees=89.1)
+    plan, proposals = recipe.plan(machine=machine), recipe.next(count=2, machine=machine)
+    for duplicate in [lambda value: pickle.loads(pickle.dumps(value)), copy.copy, copy.deepcopy]:
+        assert recipe.plan(machine=duplicate(machine)).to_csv() == plan.to_csv()
+        assert duplicate(plan).to_csv() == plan.to_csv() and len(duplicate(plan)) == len(plan)
+        np.testing.assert_array_equal(duplicate(plan).directions, plan.directions)
+        np.testing.assert_array_equal(duplicate(proposals).seconds, proposals.seconds)
+        assert duplicate(proposals).loss_scale == proposals.loss_scale
+
+
+@pytest.mark.parametrize("value", [1.0, True, np.float64(1), np.bool_(True), "x", -1, 10**30])
+def test_rejects_what_is_not_an_integer(trained, value):
+    recipe, material = trained["neural"], glimpse.load_material("procedural:1:9")
+    for name, use in [
+        ("samples", lambda: glimpse.train("phong", samples=value)),
+        ("seed", lambda: glimpse.train("phong", seed=value)),
+        ("threads", lambda: glimpse.train("phong", threads=value)),
+        ("bases", lambda: glimpse.train("linear", schedule="paper", bases=value)),
+        ("count", lambda: recipe.next(count=value)),
+        ("seed", lambda: recipe.plan(seed=value)),
+        ("first", lambda: glimpse.evaluate(recipe, material, first=value)),
+        ("seeds", lambda: glimpse.evaluate(recipe, material, seeds=value)),
+        ("threads", lambda: glimpse.evaluate(recipe, material, threads=value)),
+        ("size", lambda: material.render(value)),
+        ("seed", lambda: material.save("m.bsdf", seed=value)),
+    ]:
+        with pytest.raises(glimpse.GlimpseError, match=name):
+            use()
+    assert len(recipe.next(count=np.int64(2))) == 2
+    with pytest.raises(glimpse.GlimpseError):
+        glimpse.train("phong", threads=0)
+
+
+def test_error_for_unknown_recipe_lists_bundled_ones(trainer):
+    with pytest.raises(FileNotFoundError) as error:
+        glimpse.Recipe.load("nonesuch-n9")
+    assert_names(error.value, "nonesuch-n9", *[row["name"] for row in glimpse.bundled_recipes()])
+    assert glimpse.bundled_recipes() == json.loads(trainer("recipes", "list", "--json"))
+
+
 def test_rejects_invalid_recipes(trainer, tmp_path, trained):
     damaged = tmp_path / "damaged.recipe"
     damaged.write_bytes(NEURAL.read_bytes()[:-1])

@@ -121,6 +121,31 @@ def test_resumed_run_gives_same_bytes(tmp_path):
     assert resumed == uninterrupted and reports[0].done > 1 and not folder.exists()
 
 
+FORK_SCRIPT = """
+    import multiprocessing, sys
+    from concurrent.futures import ProcessPoolExecutor
+    import glimpse_brdf as glimpse
+
+    def work(threads):
+        recipe = glimpse.train("linear", "procedural:12:3", samples=4, effort="brief", seed=2, threads=threads)
+        material, pairs = glimpse.load_material("procedural:1:9"), glimpse.directions()[::13]
+        fitted = glimpse.Recipe.load("linear-any").fit(material(pairs[::160]), pairs[::160])
+        glimpse.evaluate(recipe, material, threads=threads)
+        return recipe.to_bytes(), fitted.parameters.tobytes(), fitted.deviation(pairs).tobytes()
+
+    expected = work(None)
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("fork")) as processes:
+        for result in processes.map(work, [None, 1, 3]):
+            assert result == expected
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+def test_forked_processes_compute_the_same():
+    """Threads do not survive a fork: with those of the parent, the children would wait forever."""
+    subprocess.run([sys.executable, "-c", textwrap.dedent(FORK_SCRIPT)], check=True, timeout=300)
+
+
 TRAINING_SCRIPT = """
     import sys, time
     import glimpse_brdf as glimpse

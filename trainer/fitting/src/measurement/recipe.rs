@@ -1,6 +1,7 @@
 //! A recipe with its basis: bundled, from a file, or made for given directions.
 
 use std::borrow::Cow;
+use std::io::{self, ErrorKind::NotFound};
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
@@ -89,7 +90,7 @@ impl NamedRecipe {
         if let Some(bundled) = bundled_without_file(path) {
             return Ok(Self::bundled(bundled));
         }
-        let file = Arc::new(RecipeFile::read(path)?);
+        let file = Arc::new(read_or_list(path)?);
         let checksum = file.recipe().basis_checksum();
         let basis =
             checksum.map(|checksum| BasisTable::read(&BasisTable::path_for(path), checksum));
@@ -105,7 +106,7 @@ impl NamedRecipe {
     pub fn read_file(path: &Path) -> Result<Arc<RecipeFile>, RecipeFileError> {
         match bundled_without_file(path) {
             Some(bundled) => Ok(Self::bundled(bundled).file),
-            None => RecipeFile::read(path).map(Arc::new),
+            None => read_or_list(path).map(Arc::new),
         }
     }
 
@@ -190,4 +191,20 @@ impl NamedRecipe {
 fn bundled_without_file(path: &Path) -> Option<&'static BundledRecipe> {
     let bundled = path.to_str().and_then(bundled::find);
     bundled.filter(|_| !path.exists())
+}
+
+/// Reads a recipe's file. The error for a missing file whose name has no extension lists the bundled recipes.
+fn read_or_list(path: &Path) -> Result<RecipeFile, RecipeFileError> {
+    let mut file = RecipeFile::read(path);
+    if let Err(RecipeFileError::Read { path, source }) = &mut file
+        && (source.kind(), path.extension()) == (NotFound, None)
+    {
+        let names: Vec<&str> = bundled::ALL.iter().map(|bundled| bundled.name).collect();
+        let names = format!(
+            "{source}; give a file, or a bundled recipe: {}",
+            names.join(", ")
+        );
+        *source = io::Error::new(NotFound, names);
+    }
+    file
 }

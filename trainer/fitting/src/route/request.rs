@@ -100,13 +100,15 @@ impl SpeedArgs {
 }
 
 /// Options for a machine.
-#[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct MachineArgs {
     /// The limits of the arms.
     #[command(flatten)]
+    #[serde(flatten)]
     pub limits: LimitArgs,
     /// The speeds of the axes.
     #[command(flatten)]
+    #[serde(flatten)]
     pub speeds: SpeedArgs,
 }
 

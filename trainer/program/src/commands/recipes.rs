@@ -4,11 +4,8 @@ use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand};
-use glimpse_fitting::bundled::{self, BundledRecipe, Losses};
-use glimpse_fitting::recipe::Metadata;
-use glimpse_fitting::route::{Order, Route};
+use glimpse_fitting::bundled;
 use glimpse_materials::basis::BasisTable;
-use serde::Serialize;
 
 use super::emit;
 use crate::output::{create_out_folder, write_files};
@@ -66,8 +63,7 @@ impl Recipes {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         match self {
             Self::List { json } => {
-                let entries = bundled::ALL.iter().map(Entry::new);
-                let entries: Vec<Entry> = entries.collect::<anyhow::Result<_>>()?;
+                let entries = bundled::entries()?;
                 let table = Table::of_records("recipes", &entries)?;
                 emit(*json, &entries, || {
                     format!("{}\n{}", caption(), table.to_markdown())
@@ -82,42 +78,6 @@ impl Recipes {
 fn names() -> impl Iterator<Item = &'static str> {
     let names = bundled::ALL.iter().map(|bundled| bundled.name);
     names.chain([ALL])
-}
-
-/// An entry of the list.
-#[derive(Serialize)]
-struct Entry {
-    name: &'static str,
-    model: &'static str,
-    samples: usize,
-    takes_missing: bool,
-    checksum: String,
-    bytes: usize,
-    basis_bytes: Option<usize>,
-    /// Seconds of a scan on the machine that the recipe was trained for, or else on the default one.
-    seconds: Option<f64>,
-    loss: Option<Losses>,
-}
-
-impl Entry {
-    fn new(bundled: &BundledRecipe) -> anyhow::Result<Self> {
-        let recipe = bundled.recipe();
-        let machine = Metadata::of(&recipe)?.machine();
-        let route = Route::of_recipe(&recipe, &machine, Order::Travel);
-        Ok(Self {
-            name: bundled.name,
-            model: recipe.model().name(),
-            samples: recipe.samples(),
-            takes_missing: recipe.tolerates_missing(),
-            checksum: format!("{:08x}", recipe.checksum()),
-            bytes: bundled.bytes.len(),
-            basis_bytes: bundled.basis().map(<[u8]>::len),
-            seconds: route
-                .map(|route| route.total())
-                .filter(|_| recipe.samples() > 0),
-            loss: bundled.losses(),
-        })
-    }
 }
 
 /// Describes the list.

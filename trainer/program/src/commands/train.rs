@@ -34,9 +34,10 @@ use crate::training::{checkpoint_of, train_to_file};
 /// components of the other materials.
 ///
 /// RESUMING. The run is saved at least every ten seconds, and on Ctrl-C. The same command with --resume
-/// continues it, also after kill -9, and writes the same bytes as an uninterrupted run. A recipe
-/// that was trained with other options is replaced only with --force. Two runs cannot write the same
-/// recipe at once.
+/// continues it, also after kill -9, and writes the same bytes as an uninterrupted run, unless the
+/// processor has other vector instructions: compare checksums by `trainer inspect`. A recipe that was
+/// trained with other options is replaced only with --force. Two runs cannot write the same recipe at
+/// once.
 ///
 /// Example: trainer train --model neural --samples 8 --data MERL/ --out neural-n8.recipe
 ///          trainer train --model linear --samples 12 --scan-seconds 12 --data MERL/ --out 12s.recipe

@@ -17,24 +17,10 @@ Computations run on all cores without the GIL. Ctrl-C interrupts a computation. 
 RAYON_NUM_THREADS sets the number of threads.
 """
 
-import numpy as np
-
 from . import _glimpse_brdf
 from ._glimpse_brdf import *
+from ._arrays import directions_from_degrees
 from ._results import Plan, Proposals
 from .progress import Progress
 
 __all__ = [*_glimpse_brdf.__all__, "Plan", "Progress", "Proposals", "directions_from_degrees"]
-
-
-def directions_from_degrees(theta_i, phi_i, theta_o, phi_o):
-    """Converts angles in degrees to unit vectors, float64 of shape (..., 2, 3): the incoming direction from theta_i and
-    phi_i, the outgoing one from theta_o and phi_o. Polar angles theta are measured from the normal, and phi is the
-    azimuth. Arguments are numbers, or arrays that are broadcast.
-    """
-    theta_i, phi_i, theta_o, phi_o = np.broadcast_arrays(*map(np.radians, (theta_i, phi_i, theta_o, phi_o)))
-    vectors = [
-        np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1)
-        for theta, phi in [(theta_i, phi_i), (theta_o, phi_o)]
-    ]
-    return np.stack(vectors, -2)

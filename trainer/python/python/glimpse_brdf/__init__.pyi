@@ -34,6 +34,7 @@ __all__ = [
     "Proposals",
     "Recipe",
     "__version__",
+    "bundled_recipes",
     "compare",
     "directions",
     "directions_from_degrees",
@@ -161,7 +162,7 @@ class Material:
     @property
     def name(self) -> str: ...
     def __call__(self, incoming: npt.ArrayLike, outgoing: Optional[npt.ArrayLike] = None) -> _Float32Array: ...
-    def albedo(self, theta_i: npt.ArrayLike) -> _Float32Array: ...
+    def albedo(self, theta_i_degrees: npt.ArrayLike) -> _Float32Array: ...
     def render(self, size: int = 256) -> npt.NDArray[np.uint8]: ...
     def save(
         self,
@@ -274,6 +275,8 @@ class Recipe:
     def __len__(self) -> int: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any, /) -> Self: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
@@ -288,7 +291,28 @@ class Machine:
         min_separation_degrees: Optional[float] = None,
         in_plane: bool = False,
     ) -> Self: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
 
+@type_check_only
+class _BundledLosses(TypedDict):
+    procedural: float
+    merl: float
+    merl_color: float
+    rgl: Optional[float]
+
+@type_check_only
+class _BundledRecipe(TypedDict):
+    name: str
+    model: _Model
+    samples: int
+    takes_missing: bool
+    checksum: str
+    bytes: int
+    basis_bytes: Optional[int]
+    seconds: Optional[float]
+    loss: Optional[_BundledLosses]
+
+def bundled_recipes() -> list[_BundledRecipe]: ...
 def load_material(source: _Path) -> Material: ...
 def load_materials(source: _Path) -> list[Material]: ...
 def table_directions() -> _Float64Array: ...
@@ -320,7 +344,7 @@ def photo(
     intensities: Optional[npt.ArrayLike] = None,
     albedo: Optional[float] = None,
     circle: Optional[Sequence[float]] = None,
-    field_of_view: Optional[float] = None,
+    field_of_view_degrees: Optional[float] = None,
 ) -> _PhotoReadings: ...
 def compare(reference: Material, materials: _Materials) -> list[_Comparison]: ...
 def evaluate(
@@ -334,6 +358,7 @@ def evaluate(
     levels: int = 0,
     seeds: int = 5,
     seed: int = 0,
+    threads: Optional[int] = None,
 ) -> _Report: ...
 @type_check_only
 class _TrainingOptions(TypedDict, total=False):
@@ -360,5 +385,6 @@ def train(
     checkpoint: Optional[_Path] = None,
     resume: bool = False,
     progress: Union[Callable[[Progress], object], Literal[False], None] = None,
+    threads: Optional[int] = None,
     **options: Unpack[_TrainingOptions],
 ) -> Recipe: ...

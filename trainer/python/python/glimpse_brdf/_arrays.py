@@ -105,3 +105,18 @@ def pairs(
 def to_json(value: Any) -> str:
     """Converts numbers, text, lists and arrays."""
     return json.dumps(value, default=lambda array: array.tolist())
+
+
+def directions_from_degrees(
+    theta_i: npt.ArrayLike, phi_i: npt.ArrayLike, theta_o: npt.ArrayLike, phi_o: npt.ArrayLike
+) -> npt.NDArray[np.float64]:
+    """Converts angles in degrees to unit vectors, float64 of shape (..., 2, 3): the incoming direction from theta_i and
+    phi_i, the outgoing one from theta_o and phi_o. Polar angles theta are measured from the normal, and phi is the
+    azimuth. Arguments are numbers, or arrays that are broadcast.
+    """
+    angles = np.broadcast_arrays(*map(np.radians, (theta_i, phi_i, theta_o, phi_o)))
+    vectors = [
+        np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1)
+        for theta, phi in [angles[:2], angles[2:]]
+    ]
+    return np.stack(vectors, -2)

@@ -5,6 +5,8 @@ from typing import Literal, Optional, TypedDict, final
 import numpy as np
 import numpy.typing as npt
 
+from ._arrays import directions_from_degrees
+
 _Float64Array = npt.NDArray[np.float64]
 
 
@@ -25,7 +27,6 @@ class Plan:
         order: Literal["travel", "progressive"],
         indices: npt.NDArray[np.int64],
         angles_degrees: _Float64Array,
-        directions: _Float64Array,
         seconds: _Float64Array,
         total_seconds: float,
         moving_seconds: float,
@@ -35,7 +36,6 @@ class Plan:
         self._order: Literal["travel", "progressive"] = order
         self._indices = indices
         self._angles_degrees = angles_degrees
-        self._directions = directions
         self._seconds = seconds
         self._total_seconds = total_seconds
         self._moving_seconds = moving_seconds
@@ -60,7 +60,7 @@ class Plan:
     @property
     def directions(self) -> _Float64Array:
         """The positions as unit vectors, incoming and outgoing, float64 of shape (n, 2, 3)."""
-        return self._directions.copy()
+        return directions_from_degrees(*self._angles_degrees.T)
 
     @property
     def seconds(self) -> _Float64Array:

@@ -46,10 +46,10 @@ pub(super) fn node_angles(index: usize) -> Angles<f32> {
     }
 }
 
-/// True for each node at which both directions are above the horizon.
+/// True for each node at which both directions are above the horizon. One thread computes it: while it waited for others, it could
+/// begin another job that needs it, and wait for itself.
 static IS_ABOVE_HORIZON: LazyLock<Vec<bool>> = LazyLock::new(|| {
-    let nodes = (0..NODES_PER_CHANNEL).into_par_iter();
-    nodes
+    (0..NODES_PER_CHANNEL)
         .map(|index| HalfDifference::from_angles(node_angles(index)).is_valid())
         .collect()
 });
