@@ -17,7 +17,7 @@ fn retrained_recipe_has_loss_of_bundled_one() {
     let bundled = RecipeFile::new(bundled.bytes.to_vec()).expect("a valid recipe");
     let [retrained_fit, bundled_fit] = [&retrained, &bundled]
         .map(|file| file.with_metadata(&Metadata::default()).expect("a copy"));
-    // Processors round differently, also with the same instruction set, and training amplifies that.
+    // Processors and C libraries round differently, and training amplifies that.
     assert_eq!(retrained_fit.bytes().len(), bundled_fit.bytes().len());
     let loss = |file: &RecipeFile| {
         let expected = file.metadata().expected_loss.as_ref();
