@@ -83,10 +83,10 @@ impl Data {
         let loss = loss_directions();
         let loss_count = loss.len();
         let at = [loss, view_directions()].concat();
-        let values = brdf.finite_values_at(&at)?;
+        let values = brdf.written_values_at(&at)?;
         let reference: Vec<[f64; 3]> = values
             .into_iter()
-            .map(|rgb| rgb.map(|value| f64::from(value.max(0.0))))
+            .map(|rgb| rgb.map(f64::from))
             .collect();
         let at: Vec<Cosines> = at.iter().map(Cosines::of).collect();
         let of_views = at.iter().zip(&reference).skip(loss_count);
