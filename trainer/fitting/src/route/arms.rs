@@ -60,7 +60,7 @@ pub(super) fn swung<S: RealScalar>(arms: &Arms<S>) -> Arms<S> {
     }
 }
 
-/// Returns the axes of [`relative_arms`]. In one plane, theta_o is negative on the light's side, and there are no azimuths.
+/// Returns the axes of [`relative_arms`]. In one plane, theta_o is negative on the light's side, and azimuths are absent.
 #[must_use]
 pub fn axes_of(angles: Angles<f32>, in_plane: bool) -> Arms<Option<f64>> {
     let arms = relative_arms(angles);
