@@ -23,16 +23,15 @@ pub trait Brdf: Sync {
         self.values_at(&[HalfDifference::from_angles(angles)])[0]
     }
 
-    /// Returns [`Brdf::values_at`].
+    /// Returns [`Brdf::values_at`] as files have them, with 0 for negative values.
     ///
     /// # Errors
     /// If a value is not finite.
-    fn finite_values_at(&self, at: &[HalfDifference<f32>]) -> Result<Vec<[f32; 3]>, NotFinite> {
-        let values = self.values_at(at);
-        for (at, value) in at.iter().zip(&values) {
-            NotFinite::check(angles_of(at), *value)?;
-        }
-        Ok(values)
+    fn written_values_at(&self, at: &[HalfDifference<f32>]) -> Result<Vec<[f32; 3]>, NotFinite> {
+        let values = at.iter().zip(self.values_at(at));
+        values
+            .map(|(at, value)| NotFinite::check(angles_of(at), value))
+            .collect()
     }
 }
 

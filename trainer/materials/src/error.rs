@@ -95,15 +95,16 @@ pub struct NotFinite {
 }
 
 impl NotFinite {
-    /// Returns an error if a channel of `brdf` is infinite or NaN. `angles` are in radians.
+    /// Returns a BRDF as files have it, with 0 for negative values. `angles` are in radians.
     ///
     /// # Errors
-    /// The first such channel.
-    pub fn check(angles: Angles<f32>, brdf: [f32; 3]) -> Result<(), Self> {
+    /// The first channel that is infinite or NaN.
+    pub fn check(angles: Angles<f32>, brdf: [f32; 3]) -> Result<[f32; 3], Self> {
         let angles = angles.to_array().map(f32::to_degrees);
         match brdf.into_iter().find(|value| !value.is_finite()) {
             Some(value) => Err(Self { value, angles }),
-            None => Ok(()),
+            // The sum replaces -0 by 0.
+            None => Ok(brdf.map(|value| value.max(0.0) + 0.0)),
         }
     }
 }

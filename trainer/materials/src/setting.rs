@@ -25,6 +25,8 @@ impl Name<'_> {
     pub const MAX_THETA_O: Name<'static> = Name("max_theta_o_degrees");
     /// The smallest angle between light and sensor.
     pub const MIN_SEPARATION: Name<'static> = Name("min_separation_degrees");
+    /// The restriction to one plane.
+    pub const IN_PLANE: Name<'static> = Name("in_plane");
     /// The speeds of the axes.
     pub const SPEED: Name<'static> = Name("speed_degrees_per_second");
     /// The time at each sample.

@@ -12,9 +12,10 @@ use crate::error::{Result, reject};
 /// trained for a machine.
 ///
 /// `speed_degrees_per_second` is one number, or four for the axes theta_i, phi_i, theta_o, phi_o (or else 10). Speed 0
-/// means that the machine lacks that azimuth axis. `settle_seconds` is the time spent at each sample (or else 0.5). The
+/// means that the machine lacks that azimuth axis. In one plane it is two numbers, of theta_i and theta_o. `settle_seconds` is the time spent at each sample (or else 0.5). The
 /// limits are `max_theta_i_degrees` (or else 90), `max_theta_o_degrees` (or else 90) and `min_separation_degrees` (or
-/// else 0); with `in_plane`, light, normal and sensor always lie in one plane.
+/// else 0); with `in_plane`, two arms without azimuths stay in one plane with the normal, and theta_o is negative on the
+/// light's side.
 #[pyclass(frozen, name = "Machine", module = "glimpse_brdf")]
 pub(crate) struct PyMachine(MachineArgs);
 
@@ -62,15 +63,15 @@ impl PyMachine {
     }
 }
 
-/// Parses degrees per second: one number for all axes, or one for each.
+/// Parses degrees per second: one number for all axes, or one for each that the machine has.
 fn parse_speeds(speeds: &Bound<'_, PyAny>) -> Result<Arms<f64>> {
     let speeds = numbers(speeds, "speed_degrees_per_second")?;
     let speeds: Vec<f64> = speeds.iter().copied().collect();
     match axis_speeds(&speeds) {
         Some(speeds) => Ok(speeds),
         None => reject(format!(
-            "speed_degrees_per_second must be one number for all axes, or four, such as (20, 10, 20, 10), not {} \
-             numbers",
+            "speed_degrees_per_second must be one number for all axes, or four, such as (20, 10, 20, 10), or two in one plane, \
+             not {} numbers",
             speeds.len()
         )),
     }

@@ -1,7 +1,7 @@
 //! Plans of scans: the order in which a machine's arms visit a recipe's samples.
 
 use glimpse_fitting::choice::Choice;
-use glimpse_fitting::route::{Route, blank_sheet};
+use glimpse_fitting::route::Route;
 use pyo3::prelude::*;
 
 use crate::arrays::{Array, result};
@@ -18,7 +18,7 @@ pub(crate) fn plan<'py>(py: Python<'py>, route: &Route) -> Result<Bound<'py, PyA
         route.total(),
         route.travel,
         route.to_csv(),
-        blank_sheet(&route.visits),
+        route.blank_sheet(),
     );
     result(py, "Plan", arguments)
 }

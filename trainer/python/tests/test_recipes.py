@@ -173,6 +173,17 @@ def test_plan_matches_command(trainer, tmp_path, options, arguments):
     np.testing.assert_allclose(plan.directions, glimpse.directions_from_degrees(*plan.angles_degrees.T), atol=1e-12)
 
 
+def test_plan_in_one_plane_has_two_axes():
+    recipe = glimpse.Recipe.load("linear-any").at(glimpse.directions_from_degrees([30, 10], [0, 0], [20, 40], [0, 180]))
+    plan = recipe.plan(machine=Machine(speed_degrees_per_second=[20, 10], settle_seconds=0, in_plane=True))
+    angles = {tuple(row) for row in plan.angles_degrees.round(3).tolist()}
+    assert angles == {(30, 0, -20, 180), (10, 0, 40, 180)} and plan.total_seconds == pytest.approx(8)
+    assert plan.to_csv().startswith("index,theta_i,theta_o,seconds\n")
+    with pytest.raises(glimpse.GlimpseError) as error:
+        recipe.plan(machine=Machine(in_plane=True), full_turns=False)
+    assert_names(error.value, "full_turns", "in_plane")
+
+
 def test_rejects_invalid_plans(trainer):
     recipe = glimpse.Recipe.load(NEURAL)
     with pytest.raises(glimpse.GlimpseError) as error:
@@ -182,7 +193,8 @@ def test_rejects_invalid_plans(trainer):
     assert lines[:-1] == expected[:-1] and "max_theta_o" in lines[-1] and "--" not in lines[-1]
     for options, expected_names in [
         ({"speed_degrees_per_second": -1}, ["theta_i", "-1"]),
-        ({"speed_degrees_per_second": [1, 2]}, ["speed_degrees_per_second"]),
+        ({"speed_degrees_per_second": [1, 2]}, ["speed_degrees_per_second", "in_plane"]),
+        ({"speed_degrees_per_second": [1, 2, 3]}, ["speed_degrees_per_second"]),
         ({"settle_seconds": -1}, ["settle_seconds", "-1"]),
         ({"max_theta_i_degrees": 91}, ["max_theta_i_degrees"]),
         ({"max_theta_i_degrees": float("nan")}, ["max_theta_i_degrees"]),

@@ -39,6 +39,9 @@ const SUN_RADIUS: f64 = 0.12;
 const DELTA_E: f64 = 50.0;
 /// The number of steps of 1 in values, so that files are short.
 const STEPS_OF_VALUES: f64 = 1e5;
+/// The smallest change of an error that is an effect: 0.01 % of the BRDF, or a color difference of 0.005.
+const MAX_CHANGE: f64 = 1e-4;
+
 /// Approximates a BRDF by a shading model.
 ///
 /// The errors are those of the [loss](glimpse_materials::loss), and differences of colors of surfaces that a sky and a sun
@@ -65,7 +68,33 @@ pub fn fit(brdf: &dyn Brdf, model: ShadingModel) -> Result<Shading, ShadingError
     for value in &mut values {
         *value = (*value * STEPS_OF_VALUES).round() / STEPS_OF_VALUES;
     }
+    let values = with_defaults(&data, model, values);
     Ok(Shading { model, values })
+}
+
+/// Replaces values by the format's defaults where the errors stay the same, such as the roughness of a coat of weight 0.
+fn with_defaults(data: &Data, model: ShadingModel, mut values: Vec<f64>) -> Vec<f64> {
+    let errors_of = |values: &[f64]| {
+        let mut errors = vec![0.0; data.count()];
+        data.errors(model, values, &mut errors);
+        errors
+    };
+    let fitted = errors_of(&values);
+    let mut first = 0;
+    let parameters = model.parameters();
+    for channels in parameters.chunk_by(|one, next| one.name == next.name) {
+        let mut changed = values.clone();
+        for (value, parameter) in changed[first..].iter_mut().zip(channels) {
+            *value = parameter.default;
+        }
+        let errors = errors_of(&changed);
+        let mut pairs = errors.iter().zip(&fitted);
+        if pairs.all(|(error, fitted)| (error - fitted).abs() < MAX_CHANGE) {
+            values = changed;
+        }
+        first += channels.len();
+    }
+    values
 }
 
 /// The values of a BRDF at the directions of a fit: those of the loss, then [`VIEW_DIRECTIONS`] of each view.
@@ -83,11 +112,8 @@ impl Data {
         let loss = loss_directions();
         let loss_count = loss.len();
         let at = [loss, view_directions()].concat();
-        let values = brdf.finite_values_at(&at)?;
-        let reference: Vec<[f64; 3]> = values
-            .into_iter()
-            .map(|rgb| rgb.map(|value| f64::from(value.max(0.0))))
-            .collect();
+        let values = brdf.written_values_at(&at)?;
+        let reference: Vec<[f64; 3]> = values.into_iter().map(|rgb| rgb.map(f64::from)).collect();
         let at: Vec<Cosines> = at.iter().map(Cosines::of).collect();
         let of_views = at.iter().zip(&reference).skip(loss_count);
         let radiance: Vec<[f64; 3]> = of_views
@@ -268,6 +294,7 @@ mod tests {
     /// Every model finds its own parameters, or others with the same BRDF.
     #[test]
     fn fit_reproduces_own_brdf() {
+        let mut without_coat = 0;
         for &model in ShadingModel::value_variants() {
             for (share, color) in [(0.3, 0.6), (0.6, 0.25)] {
                 let parameters = model.parameters().iter();
@@ -284,11 +311,20 @@ mod tests {
                     values: values.collect(),
                 };
                 let fitted = fit(&original, model).expect("the BRDF is finite");
+                // A coat of weight 0 has the default roughness.
+                let pairs = fitted.values.windows(2).zip(model.parameters().windows(2));
+                for (values, parameters) in pairs {
+                    if parameters[0].role == Role::Coat && values[0] == 0.0 {
+                        assert_eq!(values[1], parameters[1].default);
+                        without_coat += 1;
+                    }
+                }
                 let at = loss_directions();
                 let loss = mean_log_error(&fitted, &at, &original.values_at(&at));
                 assert!(loss < 2e-3, "{model:?} {share}: loss {loss}");
             }
         }
+        assert!(without_coat > 0);
     }
 
     #[test]

@@ -6,7 +6,8 @@ use super::cosines::Cosines;
 
 /// Returns the density of normals, per sr. `alpha` is the roughness of the distribution.
 fn distribution(alpha: f64, cos_half: f64) -> f64 {
-    let square = alpha * alpha;
+    // A mirror, 0, has no density.
+    let square = (alpha * alpha).max(1e-12);
     let base = cos_half * cos_half * (square - 1.0) + 1.0;
     square / (PI * base * base)
 }

@@ -18,6 +18,8 @@ pub struct Parameter {
     pub name: String,
     /// The smallest and the largest value.
     pub bounds: [f64; 2],
+    /// The default of the format, which a file has if the parameter has no effect.
+    pub(super) default: f64,
     /// The purpose, by which a fit starts.
     pub(super) role: Role,
 }

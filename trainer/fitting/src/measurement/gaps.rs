@@ -83,7 +83,7 @@ impl Gaps {
         let so_far = (&fit.selection.posterior, &used[..]);
         let next = readings.recipe.next(&MachineArgs::default(), so_far, 1);
         let next = next.ok().and_then(|proposals| proposals.first().copied());
-        gaps.next = next.map(|proposal| NextReading::new(&proposal, false));
+        gaps.next = next.map(|proposal| NextReading::new(&proposal, limits.in_plane, false));
         gaps
     }
 }

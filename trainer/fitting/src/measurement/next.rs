@@ -3,7 +3,7 @@
 use super::instrument::{Geometry, Instrument};
 use super::reading_set::PlannedReading;
 use crate::linear::{Candidates, Posterior, PosteriorReading, Proposal};
-use crate::route::{MachineArgs, PlanError, TimedMachine, relative_arms, stops};
+use crate::route::{MachineArgs, PlanError, TimedMachine, axes_of, stops};
 use glimpse_core::geometry::{Angles, Arms};
 use serde::Serialize;
 
@@ -15,9 +15,9 @@ pub struct NextReading {
     /// The instrument; None for a goniometer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub instrument: Option<Instrument>,
-    /// The direction, in degrees; None for an instrument that determines it.
+    /// The direction, in degrees, without azimuths in one plane; None for an instrument that determines it.
     #[serde(flatten)]
-    pub arms: Option<Arms<f64>>,
+    pub arms: Option<Arms<Option<f64>>>,
     /// The angle between lamp and camera of a photograph, in degrees; None for a single reading.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lamp: Option<f32>,
@@ -32,9 +32,9 @@ pub struct NextReading {
 impl NextReading {
     /// Describes a proposal. Its time is known with a speed.
     #[must_use]
-    pub fn new(proposal: &Proposal, has_seconds: bool) -> Self {
+    pub fn new(proposal: &Proposal, in_plane: bool, has_seconds: bool) -> Self {
         Self {
-            arms: Some(relative_arms(proposal.angles)),
+            arms: Some(axes_of(proposal.angles, in_plane)),
             seconds: has_seconds.then_some(proposal.seconds),
             expected_loss: proposal.expected_loss,
             bound: proposal.bound,
@@ -68,7 +68,7 @@ impl PlannedReading {
         let proposals = posterior.next(&candidates, [measured, &[]], count, &mut None);
         let proposals = proposals.iter().filter_map(|proposal| {
             let one = open[proposal.candidate?];
-            let next = NextReading::new(proposal, false);
+            let next = NextReading::new(proposal, true, false);
             Some((
                 one,
                 NextReading {

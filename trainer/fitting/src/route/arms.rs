@@ -44,11 +44,45 @@ pub fn relative_arms(angles: Angles<f32>) -> Arms<f64> {
     }
 }
 
-/// Creates speeds from one number for all axes, or from four; None for another count.
+/// Returns the same directions in one plane with the normal, for arms that swing through the normal: theta_o is negative on the
+/// light's side, and the azimuths are 0 and 180 degrees.
+pub(super) fn swung<S: RealScalar>(arms: &Arms<S>) -> Arms<S> {
+    let is_on_light_side = wrapped(arms.phi_o - arms.phi_i).value().abs() < 90.0;
+    Arms {
+        theta_i: arms.theta_i,
+        phi_i: S::constant(0.0),
+        theta_o: if is_on_light_side {
+            -arms.theta_o
+        } else {
+            arms.theta_o
+        },
+        phi_o: S::constant(180.0),
+    }
+}
+
+/// Returns the axes of [`relative_arms`]. In one plane, theta_o is negative on the light's side, and azimuths are absent.
+#[must_use]
+pub fn axes_of(angles: Angles<f32>, in_plane: bool) -> Arms<Option<f64>> {
+    let arms = relative_arms(angles);
+    if !in_plane {
+        return arms.map(Some);
+    }
+    let Arms {
+        theta_i, theta_o, ..
+    } = swung(&arms).map(Some);
+    Arms {
+        theta_i,
+        theta_o,
+        ..Arms::default()
+    }
+}
+
+/// Creates speeds from one number for all axes, from two of a machine without azimuths, or from four; None for another count.
 #[must_use]
 pub fn axis_speeds(speeds: &[f64]) -> Option<Arms<f64>> {
     match *speeds {
         [all] => Some(Arms::from_array([all; 4])),
+        [theta_i, theta_o] => Some(Arms::from_array([theta_i, 0.0, theta_o, 0.0])),
         _ => Some(Arms::from_array(speeds.try_into().ok()?)),
     }
 }

@@ -7,7 +7,7 @@ use glimpse_core::gonio::Limits;
 use glimpse_kernels::dual::RealScalar;
 use glimpse_materials::setting::Name;
 
-use super::arms::{arms_in_degrees, wrapped};
+use super::arms::{arms_in_degrees, swung, wrapped};
 
 /// A machine with two arms.
 ///
@@ -24,10 +24,15 @@ use super::arms::{arms_in_degrees, wrapped};
 ///
 /// An arm along the normal could have any azimuth. It keeps the pattern's azimuth, so that the time of a move never
 /// depends on earlier moves.
+///
+/// # One plane
+///
+/// With the limit `in_plane`, the machine has no azimuths. The sensor's arm swings through the normal to the light's side, where
+/// theta_o is negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimedMachine {
     /// The axis speeds in degrees per second, 0.001 to 1,000,000. One azimuth may have the speed 0, which means that the
-    /// machine lacks that axis.
+    /// machine lacks that axis. In one plane both have.
     pub speeds: Arms<f64>,
     /// The time to settle and to read at each sample, in seconds, 0 to 86,400.
     pub settle: f64,
@@ -73,10 +78,19 @@ pub enum MachineError {
     },
     /// The speeds of both azimuths are 0.
     #[error(
-        "{}: the speeds of phi_i and phi_o are both 0; give at least one of them, 0.001 to 1,000,000 degrees per second",
-        Name::SPEED
+        "{}: the speeds of phi_i and phi_o are both 0; give at least one of them, 0.001 to 1,000,000 degrees per second, or \
+         {} for a machine without them",
+        Name::SPEED,
+        Name::IN_PLANE
     )]
     NoAzimuth,
+    /// A setting of azimuths, for a machine in one plane.
+    #[error(
+        "{0} is about azimuths, which a machine with {in_plane} does not have: remove it, and give speeds of theta_i and \
+         theta_o alone",
+        in_plane = Name::IN_PLANE
+    )]
+    Azimuth(Name<'static>),
     /// The time at each sample is out of range or NaN.
     #[error(
         "{name}: the time at each sample is {0}; give seconds, 0 to 86,400",
@@ -140,8 +154,11 @@ impl TimedMachine {
                 return Err(MachineError::Speed { axis, value });
             }
         }
-        if self.speeds.phi_i + self.speeds.phi_o == 0.0 {
-            return Err(MachineError::NoAzimuth);
+        let has_azimuth = self.speeds.phi_i + self.speeds.phi_o > 0.0;
+        match (self.limits.in_plane, has_azimuth) {
+            (true, true) => return Err(MachineError::Azimuth(Name::SPEED)),
+            (false, false) => return Err(MachineError::NoAzimuth),
+            _ => {}
         }
         if !(0.0..=MAX_SETTLE).contains(&self.settle) {
             return Err(MachineError::Settle(self.settle));
@@ -150,10 +167,19 @@ impl TimedMachine {
     }
 
     /// Converts a position to the seconds that each axis takes from 0: theta_i, theta_o, and the difference of the
-    /// azimuths, wrapped to -180 to 180 degrees.
+    /// azimuths, wrapped to -180 to 180 degrees. In one plane the last one is 0.
     pub fn axis_seconds<S: RealScalar>(&self, arms: &Arms<S>) -> AxisSeconds<S> {
         let speeds = &self.speeds;
         let seconds = |angle: S, speed: f64| angle * S::constant(1.0 / speed);
+        if self.limits.in_plane {
+            let arms = swung(arms);
+            let theta_o = seconds(arms.theta_o, speeds.theta_o);
+            return [
+                seconds(arms.theta_i, speeds.theta_i),
+                theta_o,
+                S::constant(0.0),
+            ];
+        }
         let azimuth = wrapped(arms.phi_o - arms.phi_i);
         [
             seconds(arms.theta_i, speeds.theta_i),
@@ -175,6 +201,9 @@ impl TimedMachine {
     /// `position` holds the axis positions at `from` with all turns.
     #[must_use]
     pub fn arrival(&self, position: &Arms<f64>, from: &Arms<f64>, to: &Arms<f64>) -> Arms<f64> {
+        if self.limits.in_plane {
+            return swung(to);
+        }
         let difference = |arms: &Arms<f64>| wrapped(arms.phi_o - arms.phi_i);
         let mut change = difference(to) - difference(from);
         if self.full_turns {

@@ -4,9 +4,9 @@
 //! - [`stops`]: the positions of the samples, or the unreachable samples;
 //! - [`PlanArgs`]: a request for a plan;
 //! - [`Route`]: the visits, with their times;
-//! - [`Route::to_csv`], [`Route::to_json`] and [`blank_sheet`]: export.
+//! - [`Route::to_csv`], [`Route::to_json`] and [`Route::blank_sheet`]: export.
 //!
-//! A device's [`glimpse_core::gonio::Machine`] has the same travel times and azimuths, but always moves to the nearest
+//! A device's [`glimpse_core::gonio::Machine`] has the same travel times and azimuths, except in one plane, but always moves to the nearest
 //! sample. The fastest order has to be planned before the scan.
 
 mod arms;
@@ -20,9 +20,9 @@ mod tests;
 mod visit;
 
 pub(crate) use arms::wrapped;
-pub use arms::{arms_at, arms_in_degrees, axis_speeds, relative_arms};
+pub use arms::{arms_at, arms_in_degrees, axes_of, axis_speeds, relative_arms};
 pub use machine::{MachineError, Position, TimedMachine, move_seconds};
 pub use request::{LimitArgs, MachineArgs, PlanArgs, SpeedArgs};
-pub use sheet::{blank_directions, blank_sheet};
+pub use sheet::blank_directions;
 pub use stop::{OutOfReach, PlanError, stops};
 pub use visit::{Order, Route, Visit};

@@ -28,7 +28,8 @@ pub struct LimitArgs {
     #[arg(long, value_name = "DEGREES")]
     #[serde(rename = "min_separation_degrees")]
     pub min_separation: Option<f32>,
-    /// Light, normal and sensor always lie in one plane [default: the recipe's, or else any directions]
+    /// Two arms in one plane with the normal, without azimuths. The sensor's arm swings through the normal;
+    /// theta_o is negative on the light's side [default: the recipe's, or else any directions]
     #[arg(long)]
     pub in_plane: bool,
 }
@@ -77,7 +78,8 @@ impl LimitArgs {
 pub struct SpeedArgs {
     /// Speeds of the axes theta_i, phi_i, theta_o, phi_o in degrees per second, 0.001 to 1,000,000: one
     /// number for all axes, or four, for example 20,10,20,10. Speed 0 marks an azimuth axis that the
-    /// machine does not have [default: the recipe's, or else 10]
+    /// machine does not have. With --in-plane two, of theta_i and theta_o [default: the recipe's, or
+    /// else 10]
     #[arg(long, value_name = "DEGREES/S", value_parser = speeds)]
     #[serde(rename = "speed_degrees_per_second")]
     pub speed: Option<Arms<f64>>,
@@ -90,8 +92,13 @@ pub struct SpeedArgs {
 impl SpeedArgs {
     /// Returns the machine with these limits. `stated` has the values of options that were not given.
     pub(crate) fn machine(self, limits: Limits, stated: &TimedMachine) -> TimedMachine {
+        let mut speeds = self.speed.unwrap_or(stated.speeds);
+        let is_for_all = |speeds: Arms<f64>| speeds == Arms::from_array([speeds.theta_i; 4]);
+        if limits.in_plane && self.speed.is_none_or(is_for_all) {
+            (speeds.phi_i, speeds.phi_o) = (0.0, 0.0);
+        }
         TimedMachine {
-            speeds: self.speed.unwrap_or(stated.speeds),
+            speeds,
             settle: self.settle.unwrap_or(stated.settle),
             limits,
             ..*stated
@@ -160,6 +167,9 @@ impl PlanArgs {
             full_turns: !self.no_full_turns,
             ..self.machine.machine(stated)?
         };
+        if machine.limits.in_plane && self.no_full_turns {
+            return Err(MachineError::Azimuth(Name("no_full_turns")).into());
+        }
         let stops = stops(recipe, &machine.limits)?;
         let own = if recipe.is_in_path_order() {
             Order::Progressive
@@ -171,12 +181,12 @@ impl PlanArgs {
     }
 }
 
-/// Parses one speed for all axes, or four speeds.
+/// Parses one speed for all axes, two speeds in one plane, or four speeds.
 fn speeds(text: &str) -> Result<Arms<f64>, &'static str> {
     let numbers = text.split(',').map(|text| text.trim().parse().ok());
     let numbers = numbers.map(|number| number.filter(|number: &f64| number.is_finite()));
     let numbers: Option<Vec<f64>> = numbers.collect();
     numbers.and_then(|speeds| axis_speeds(&speeds)).ok_or(
-        "give one number for all axes, or four numbers such as 20,10,20,10, in degrees per second",
+        "give one number for all axes, four numbers such as 20,10,20,10, or two with --in-plane, in degrees per second",
     )
 }

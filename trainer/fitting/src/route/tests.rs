@@ -139,6 +139,39 @@ fn axis_positions_match_sample_directions() {
     }
 }
 
+/// In one plane the sensor swings through the normal, and a move takes as long as the slower one of two axes.
+#[test]
+fn arms_in_one_plane_swing_through_the_normal() {
+    let machine = TimedMachine {
+        speeds: Arms::from_array([20.0, 0.0, 10.0, 0.0]),
+        settle: 0.0,
+        limits: Limits {
+            in_plane: true,
+            ..Limits::NONE
+        },
+        ..TimedMachine::default()
+    };
+    assert_eq!(machine.validate(), Ok(()));
+    // The mirror side, the light's side, and the mirror side after a turn.
+    let stops = [
+        [10.0, 20.0, 30.0, 200.0],
+        [50.0, -170.0, 20.0, -170.0],
+        [10.0, 90.0, 5.0, -90.0],
+    ];
+    let route = Route::new(
+        &machine,
+        &stops.map(Arms::from_array),
+        Order::Progressive,
+        0,
+    );
+    let expected = [(30.0, 3.0), (-20.0, 8.0), (5.0, 10.5)];
+    for ((visit, [theta_i, ..]), (theta_o, seconds)) in route.visits.iter().zip(stops).zip(expected)
+    {
+        let arms = Arms::from_array([theta_i, 0.0, theta_o, 180.0]);
+        assert_eq!((visit.arms, visit.seconds), (arms, seconds));
+    }
+}
+
 /// Compares the search for 64 stops, whose fastest order is unknown, with longer searches from other seeds.
 #[test]
 fn search_of_64_stops_is_within_5_percent_of_longer_searches() {

@@ -19,13 +19,12 @@ pub enum Order {
 }
 
 /// One sample of a route.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Visit {
     /// The sample's index in the recipe's pattern, from 0.
     pub index: usize,
     /// The axis positions in degrees. Azimuths continue from the start position, and may leave the range -180 to 180 if
-    /// the machine makes full turns.
-    #[serde(flatten)]
+    /// the machine makes full turns. In one plane they are 0 and 180, and theta_o may be negative.
     pub arms: Arms<f64>,
     /// The time when the sample has been read and the arms may move on, in seconds after the start.
     pub seconds: f64,
@@ -42,6 +41,8 @@ pub struct Route {
     pub travel: f64,
     /// The total time at the samples, in seconds; the same for any order.
     pub settling: f64,
+    /// True for a machine in one plane, without azimuths.
+    pub in_plane: bool,
 }
 
 impl Route {
@@ -96,6 +97,7 @@ impl Route {
             visits,
             travel: points.path_seconds(&path),
             settling: machine.settle * stops.len() as f64,
+            in_plane: machine.limits.in_plane,
         }
     }
 

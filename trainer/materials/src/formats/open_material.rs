@@ -68,7 +68,7 @@ pub(super) fn to_open_material(table: &Tabulation<'_>) -> Result<Vec<u8>, NotFin
         let at: Vec<_> = at.collect();
         let mut spectra = vec![Vec::new(); at.len()];
         for column in &columns {
-            for (rgb, spectrum) in column.finite_values_at(&at)?.into_iter().zip(&mut spectra) {
+            for (rgb, spectrum) in column.written_values_at(&at)?.into_iter().zip(&mut spectra) {
                 match table.wavelengths {
                     [] => spectrum.extend(primaries.iter().flat_map(|row| product(&[*row], rgb))),
                     _ => spectrum.extend(rgb),

@@ -57,7 +57,7 @@ pub(super) fn to_ssdd(table: &Tabulation<'_>) -> Result<Vec<u8>, NotFinite> {
     let columns = table.columns();
     let columns = columns
         .par_iter()
-        .map(|column| column.finite_values_at(&at));
+        .map(|column| column.written_values_at(&at));
     let columns: Vec<Vec<[f32; 3]>> = columns.collect::<Result<_, _>>()?;
     let count = if wavelengths.is_empty() {
         3

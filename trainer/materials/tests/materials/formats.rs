@@ -60,6 +60,25 @@ fn black_brdf_stays_black() {
 }
 
 #[test]
+fn negative_values_are_written_as_0() {
+    let material = &Procedural::set(1, 5)[0];
+    let [negative, zero] = [f32::NEG_INFINITY, 0.0].map(|min| {
+        FunctionMaterial(move |angles| material.at_angles(angles).map(|f| (f - 0.1).max(min)))
+    });
+    for format in Format::value_variants() {
+        if format.properties().tabulate.is_some() {
+            let [negative, zero] = [&negative, &zero].map(|brdf| tabulated(*format, "a", brdf));
+            assert!(negative == zero, "{format:?}");
+        }
+    }
+    // Neither does an RGL file have them below the horizon. Its last field is `rgb`.
+    let file = &tabulated(Format::Rgl, "a", &negative)[0];
+    let floats = file.rchunks_exact(4).take(66 * 3 * 96 * 96);
+    let floats = floats.map(|bytes| f32::from_le_bytes(bytes.try_into().expect("4 bytes")));
+    assert!(floats.fold(0.0, f32::min) == 0.0);
+}
+
+#[test]
 fn rejects_non_finite_brdf() {
     let nan_material = FunctionMaterial(|angles: Angles<f32>| {
         [0.1, 0.1, if angles.theta_h > 0.5 { f32::NAN } else { 0.1 }]

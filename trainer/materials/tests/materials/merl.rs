@@ -267,15 +267,6 @@ fn lookups_clamp_theta_and_wrap_phi() {
 }
 
 #[test]
-fn negative_values_are_written_as_0() {
-    let file = tabulate(&FunctionMaterial(|_| [-0.5, 0.5, -0.0]));
-    assert_eq!(
-        file.read().at_angles(angles([0.3, 0.3, 0.3])),
-        [0.0, 0.5, 0.0]
-    );
-}
-
-#[test]
 fn table_from_nodes_equals_the_written_table() {
     let material = &Procedural::set(1, 7)[0];
     let nodes = table_nodes().into_iter();

@@ -62,8 +62,8 @@ pub(crate) struct Next {
     geometry: GeometryArgs,
     #[command(flatten)]
     readings: ReadingArgs,
-    /// CSV file for a blank sheet of the proposed readings: theta_i, phi_i, theta_o, phi_o (degrees), r, g, b.
-    /// A sheet of --measurements gets further rows
+    /// CSV file for a blank sheet of the proposed readings: theta_i, phi_i, theta_o, phi_o (degrees; in one
+    /// plane theta_i, theta_o), r, g, b. A sheet of --measurements gets further rows
     #[arg(long, value_name = "FILE.csv")]
     blank: Option<PathBuf>,
     /// Replace an existing file that differs, such as a filled-in sheet
@@ -164,9 +164,9 @@ impl Next {
         } else {
             let has_seconds = self.machine.position(machine).is_some();
             let proposals = given.next(&self.machine, so_far_and_measured, count)?;
-            let next = proposals
-                .iter()
-                .map(|one| NextReading::new(one, has_seconds));
+            let in_plane = machine.limits.in_plane;
+            let next = proposals.iter();
+            let next = next.map(|one| NextReading::new(one, in_plane, has_seconds));
             let next: Vec<NextReading> = next.collect();
             let arms = next.iter().filter_map(|next| next.arms);
             (blank_directions(&arms.collect::<Vec<_>>()), next)

@@ -8,7 +8,7 @@ use glimpse_fitting::choice::Choice;
 use glimpse_fitting::linear::Posterior;
 use glimpse_fitting::measurement::{Instrument, NamedRecipe, PlannedReading, ReadingSet};
 use glimpse_fitting::photo::next_lamps;
-use glimpse_fitting::route::{Order, PlanArgs, blank_sheet};
+use glimpse_fitting::route::{Order, PlanArgs};
 use serde_json::json;
 
 use super::geometry::GeometryArgs;
@@ -25,6 +25,8 @@ use crate::report::Table;
 /// The BRDF of an isotropic material depends only on the difference of the azimuths. Both azimuth
 /// axes move at once to change this difference, the short way around. Each moves in proportion to
 /// its speed, which takes the least time. Azimuths may exceed 180 degrees (see --no-full-turns).
+/// A machine of two arms in one plane (--in-plane, or a recipe trained so) has no azimuths: plan and
+/// sheet have theta_i and theta_o, which is negative on the light's side.
 ///
 /// With instruments in --geometry, the report lists the readings to take instead of a route, and
 /// the sheet of --blank has a row for each: instrument, theta_i, theta_o, r, g, b, value. Fill in
@@ -49,10 +51,12 @@ pub(crate) struct Plan {
     geometry: GeometryArgs,
     #[command(flatten)]
     request: PlanArgs,
-    /// CSV file for the plan: index, theta_i, phi_i, theta_o, phi_o (degrees), seconds
+    /// CSV file for the plan: index, theta_i, phi_i, theta_o, phi_o (degrees), seconds; in one plane
+    /// without azimuths
     #[arg(long, short, value_name = "FILE.csv")]
     out: Option<PathBuf>,
-    /// CSV file for a blank sheet of readings: index, theta_i, phi_i, theta_o, phi_o (degrees), r, g, b
+    /// CSV file for a blank sheet of readings: index, theta_i, phi_i, theta_o, phi_o (degrees), r, g, b; in
+    /// one plane without azimuths
     #[arg(long, value_name = "FILE.csv")]
     blank: Option<PathBuf>,
     /// Replace existing files that differ, such as filled-in sheets
@@ -84,7 +88,7 @@ impl Plan {
         }
         let sheets = [
             (&self.out, route.to_csv()),
-            (&self.blank, blank_sheet(&route.visits)),
+            (&self.blank, route.blank_sheet()),
         ];
         let sheets = sheets.into_iter();
         let files = sheets.filter_map(|(path, text)| Some((path.clone()?, text.into_bytes())));

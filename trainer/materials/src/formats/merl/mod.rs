@@ -225,7 +225,7 @@ pub fn table_nodes() -> Vec<Angles<f32>> {
 }
 
 /// Writes a table into `bytes`, which have the length of a file: `brdf` is the BRDF at each of [`table_nodes`], and NaN
-/// where it is unknown. Negative values are written as 0, because they would mean "not measured".
+/// where it is unknown.
 fn encode(brdf: &[[f32; 3]], bytes: &mut [u8]) {
     let (header, values) = bytes.split_at_mut(HEADER_BYTES);
     header.copy_from_slice(&NODES.map(|nodes| (nodes as i32).to_le_bytes()).concat());
@@ -234,7 +234,7 @@ fn encode(brdf: &[[f32; 3]], bytes: &mut [u8]) {
     for (index, rgb) in nodes_above_horizon().zip(brdf) {
         for (channel, value) in rgb.iter().enumerate().filter(|(_, value)| !value.is_nan()) {
             // The absolute value replaces -0 by 0.
-            let stored = f64::from(value.max(0.0).abs()) / SCALE[channel];
+            let stored = f64::from(value.abs()) / SCALE[channel];
             values[channel * NODES_PER_CHANNEL + index] = stored.to_le_bytes();
         }
     }
@@ -250,9 +250,9 @@ pub fn to_merl(brdf: &dyn Brdf) -> Result<Vec<u8>, NotFinite> {
     let nodes = table_nodes();
     let values = nodes.par_iter().map(|angles| brdf.at_angles(*angles));
     let values: Vec<[f32; 3]> = values.collect();
-    for (angles, rgb) in nodes.into_iter().zip(&values) {
-        NotFinite::check(angles, *rgb)?;
-    }
+    let pairs = nodes.into_iter().zip(values);
+    let pairs = pairs.map(|(angles, rgb)| NotFinite::check(angles, rgb));
+    let values = pairs.collect::<Result<Vec<_>, _>>()?;
     let mut bytes = vec![0; FILE_BYTES];
     encode(&values, &mut bytes);
     Ok(bytes)

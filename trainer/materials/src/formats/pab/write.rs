@@ -53,7 +53,7 @@ fn file_text(table: &Tabulation<'_>, theta_i: u32) -> Result<Vec<u8>, NotFinite>
     let at = outgoing
         .iter()
         .map(|[theta_o, phi_o]| pair(f64::from(theta_i), *theta_o, *phi_o));
-    let values = table.rgb.finite_values_at(&at.collect::<Vec<_>>())?;
+    let values = table.rgb.written_values_at(&at.collect::<Vec<_>>())?;
     for ([theta_o, phi_o], rgb) in outgoing.iter().zip(values) {
         let [x, y, z] = product(&TO_XYZ, rgb.map(f64::from));
         // Writing to a string never fails.

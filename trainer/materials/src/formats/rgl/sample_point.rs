@@ -102,7 +102,7 @@ fn half_difference(
     }
 }
 
-/// Returns the BRDF times cos(theta_o) at each point. Below the horizon it is extrapolated.
+/// Returns the BRDF times cos(theta_o) at each point, at least 0. Below the horizon it is extrapolated.
 pub(super) fn times_cosine(
     brdf: &dyn Brdf,
     points: &[SamplePoint],
@@ -110,7 +110,7 @@ pub(super) fn times_cosine(
     let [first, second] = [0, 1].map(|index| {
         let directions = points.iter().map(|point| point.directions[index]);
         let directions: Vec<HalfDifference<f32>> = directions.collect();
-        brdf.finite_values_at(&directions)
+        brdf.written_values_at(&directions)
     });
     let [low, high] = NEAR_HORIZON;
     let samples = first?.into_iter().zip(second?).zip(points);
@@ -121,7 +121,7 @@ pub(super) fn times_cosine(
                 return first * point.cos_o;
             }
             let slope = (second * high - first * low) / (high - low);
-            first * low + slope * (point.cos_o - low)
+            (first * low + slope * (point.cos_o - low)).max(0.0)
         })
     });
     Ok(values.collect())

@@ -10,8 +10,8 @@
 //!   the horizon. The density itself would leave few nodes outside a sharp highlight. Importance sampling is
 //!   equally good, because it uses `luminance` too.
 //!
-//! Below the horizon, `rgb` is extrapolated from the BRDF times cosine just above it, usually to negative values.
-//! Interpolation then reaches 0 at the horizon and not at the node before it.
+//! Below the horizon, `rgb` is extrapolated from the BRDF times cosine just above it, but not to negative values: renderers
+//! would interpolate to some of them. Many nodes are just above the horizon, so that this has little effect there.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -157,12 +157,11 @@ impl Slice {
         for ((point, sample), value) in points.iter().zip(&samples).zip(&values) {
             // The density per solid angle of outgoing directions is converted to one per area of the unit square; see
             // `solid_angle`.
-            let weighted = (luminance(*value) * sample.cos_d).max(0.0);
+            let weighted = luminance(*value) * sample.cos_d;
             let density: f64 = VNDF.at(&vndf, *point);
             let reflected = if sample.cos_o > 0.0 { weighted } else { 0.0 };
             luminances.push((4.0 * reflected * solid_angle(*point) / density) as f32);
         }
-        let is_above_horizon: Vec<bool> = samples.iter().map(|sample| sample.cos_o > 0.0).collect();
         let (colors, bands) = if has_bands {
             let groups = table.groups.iter();
             let colors = groups.map(|group| times_cosine(*group, &samples));
@@ -174,31 +173,16 @@ impl Slice {
             .iter()
             .flat_map(|values| [0, 1, 2].map(|channel| (values, channel)));
         let planes = planes.take(bands).flat_map(|(values, channel)| {
-            let ratios = values.iter().zip(&points);
-            let ratios = ratios.map(|(value, point)| value[channel] * 4.0 * area / ndf(*point));
-            limit_negative(&ratios.collect::<Vec<f64>>(), &is_above_horizon)
+            let pairs = values.iter().zip(&points);
+            pairs.map(move |(value, point)| (value[channel] * 4.0 * area / ndf(*point)) as f32)
         });
         Ok(Self {
             luminance: luminances,
             colors: planes.collect(),
             vndf,
-            is_above_horizon,
+            is_above_horizon: samples.iter().map(|sample| sample.cos_o > 0.0).collect(),
         })
     }
-}
-
-/// Limits negative ratios to the largest magnitude above the horizon. Below the horizon a small `ndf` makes them
-/// arbitrarily large, and only the first node there affects interpolation.
-fn limit_negative(ratios: &[f64], is_above_horizon: &[bool]) -> Vec<f32> {
-    let above = ratios
-        .iter()
-        .zip(is_above_horizon)
-        .filter(|(_, is_above)| **is_above);
-    let largest = above.fold(0.0, |largest: f64, (ratio, _)| largest.max(ratio.abs()));
-    ratios
-        .iter()
-        .map(|ratio| ratio.max(-largest) as f32)
-        .collect()
 }
 
 /// Returns the field `vndf` at a theta_i: the density of the nodes of `rgb`.
@@ -230,7 +214,7 @@ fn node_density(theta_i: f64, ndf: impl Fn([f64; 2]) -> f64) -> Vec<f32> {
 /// it, where the BRDF times cosine is nearly 0 and relative errors are large.
 fn horizon_weight(cos_o: f64) -> f64 {
     let above = 1.0 / (1.0 + (-(cos_o + 0.12) / 0.04).exp());
-    let near_horizon = 1.5 * (-(cos_o / 0.2).powi(2)).exp();
+    let near_horizon = 4.0 * (-(cos_o / 0.08).powi(2)).exp();
     (0.05 + above) * (1.0 + near_horizon)
 }
 
@@ -305,10 +289,10 @@ fn mean_luminance(brdf: &dyn Brdf, theta_h: f64) -> Result<f64, NotFinite> {
             })
         })
         .collect();
-    let values = brdf.finite_values_at(&at)?;
+    let values = brdf.written_values_at(&at)?;
     let sum: f64 = values
         .iter()
-        .map(|value| luminance(value.map(f64::from)).max(0.0))
+        .map(|value| luminance(value.map(f64::from)))
         .sum();
     Ok(sum / at.len() as f64)
 }

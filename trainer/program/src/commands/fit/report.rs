@@ -186,9 +186,12 @@ impl ReportEntry<'_> {
         let beyond = gaps.extrapolated_from;
         let beyond = beyond.map(|from| format!("from {from:.0} degrees on, for light and sensor"));
         let next = gaps.next.and_then(|next| {
-            let [theta_i, _, theta_o, phi] = next.arms?.to_array();
+            let arms = next.arms?;
+            let (theta_i, theta_o) = (arms.theta_i?, arms.theta_o?);
+            let phi = arms.phi_o.map(|phi| format!(", phi_o - phi_i {phi:.1}"));
+            let phi = phi.unwrap_or_default();
             Some(format!(
-                "theta_i {theta_i:.1}, theta_o {theta_o:.1}, phi_o - phi_i {phi:.1} degrees helps most: expected loss {:.4}, \
+                "theta_i {theta_i:.1}, theta_o {theta_o:.1}{phi} degrees helps most: expected loss {:.4}, \
                  at most {:.4}",
                 next.expected_loss, next.bound
             ))

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
+use clap::builder::ArgPredicate;
 use clap::{ArgGroup, Args};
 use glimpse_core::recipe::Recipe;
 use glimpse_evaluation::evaluation::Degradation;
@@ -16,9 +17,9 @@ use glimpse_kernels::scan::scan_with_missing;
 use glimpse_materials::{Material, Source};
 use glimpse_viewer::{RecipeScan, Reference, STYLE, View as Page};
 
-use super::super::load_single;
 use super::super::numbers::number;
 use super::super::training_overlap::warn;
+use super::super::{LINEAR_ANY, load_single};
 use crate::output::{check_out, file_type, refuse_input, refuse_source, write_file};
 use crate::report::{MAX_LOBES, document};
 
@@ -36,21 +37,26 @@ use crate::report::{MAX_LOBES, document};
 /// as readings.csv of `trainer fit`; --reference is optional then. If a recipe tolerates missing
 /// readings, each can be switched off. Readings at any directions are not fitted in the page: it shows
 /// the fit of `trainer fit`, with one standard deviation in the plot, and marks the direction to read
-/// next, as `trainer next` does.
+/// next, as `trainer next` does. It names the recipe of that fit, which may be the bundled MODEL-any.
 ///
 /// A recipe of the model linear, or for readings at any directions, needs its basis file next to it.
 ///
 /// Example: trainer render view neural-n8.recipe linear-n8.recipe --material gold.binary
 ///          trainer render view neural-n16-masked.recipe --material procedural:1:77 --noise 0.02
 ///          trainer render view n16.recipe --measurements gold/readings.csv --out gold.html
+///          trainer render view --measurements paint.csv --out paint.html
 #[derive(Args)]
 #[command(
     verbatim_doc_comment,
     group = ArgGroup::new("input").args(["material", "measurements"]).required(true)
 )]
 pub(crate) struct View {
-    /// Recipe files
-    #[arg(required = true, value_name = "RECIPE")]
+    /// Recipe files, or names of bundled recipes [default: linear-any with --measurements]
+    #[arg(
+        value_name = "RECIPE",
+        required_unless_present = "measurements",
+        default_value_if("measurements", ArgPredicate::IsPresent, LINEAR_ANY)
+    )]
     recipes: Vec<PathBuf>,
     /// Material to scan, and reference: a source with a single material
     #[arg(long, value_name = "SOURCE", conflicts_with = "reference")]
@@ -209,6 +215,11 @@ fn add_measured(scan: &mut RecipeScan, given: &NamedRecipe, file: &Path) -> anyh
     let so_far = (&fit.selection.posterior, &readings.pattern()[..]);
     let next = given.next(&MachineArgs::default(), so_far, 1)?;
     scan.next = next.first().map(|proposal| proposal.angles);
+    if let Some(reason) = &readings.off_pattern {
+        let name = &readings.recipe.name;
+        eprintln!("note: {name} fits readings at any directions: {reason}");
+        scan.name = format!("{name} instead of {}", scan.name);
+    }
     (scan.recipe, scan.basis) = (given.continuing().file, None);
     scan.samples.clone_from(&readings.samples);
     scan.fit = Some(fit);

@@ -206,7 +206,7 @@ fn fixed_directions_are_the_first_samples() {
     let plan = folder.succeed_as_json("plan five.recipe --in-plane --order progressive");
     for (name, expected) in [
         ("theta_i", [45.0, 45.0, 20.0]),
-        ("theta_o", [30.0, 20.0, 20.0]),
+        ("theta_o", [30.0, -20.0, 20.0]),
     ] {
         let polar = column(&plan["visits"], name);
         let mut pairs = polar.iter().zip(expected);

@@ -103,6 +103,52 @@ fn reports_samples_out_of_reach() {
     folder.fail_naming("plan n8.recipe --in-plane", &["8", "in_plane"]);
 }
 
+/// A machine without azimuths: a recipe that was trained for it is planned, read and continued with two signed angles.
+#[test]
+fn machine_in_one_plane_has_two_axes() {
+    let folder = Folder::with("n8.recipe", NEURAL_N8);
+    let train = "train --samples 6 --effort brief --data procedural:8 --in-plane --scan-seconds 12 --speed 20,10";
+    folder.succeed(&format!("{train} --model neural --out p.recipe"));
+    let route = folder.succeed_as_json("plan p.recipe --out plan.csv --blank sheet.csv");
+    assert!(number(&route["seconds"]) <= 12.0 && route["machine"]["in_plane"] == true);
+    let (mut seconds, mut before) = (0.0, [0.0; 2]);
+    for visit in route["visits"].as_array().expect("a list") {
+        let [theta_i, theta_o] = ["theta_i", "theta_o"].map(|name| number(&visit[name]));
+        assert!(theta_i >= 0.0 && visit["phi_o"].is_null(), "{visit}");
+        let moved = [(theta_i - before[0]) / 20.0, (theta_o - before[1]) / 10.0];
+        seconds += 0.5 + moved.map(f64::abs).into_iter().fold(0.0, f64::max);
+        assert!((number(&visit["seconds"]) - seconds).abs() < 1e-3);
+        before = [theta_i, theta_o];
+    }
+    let headers = ["plan.csv", "sheet.csv"].map(|file| folder.read_text(file));
+    assert!(headers[0].starts_with("index,theta_i,theta_o,seconds\n"));
+    assert!(headers[1].starts_with("index,theta_i,theta_o,r,g,b\n"));
+
+    // `fit` reads the sheet, and `next` continues it in the plane.
+    folder.succeed("query procedural:1:9 --angles sheet.csv --out read.csv");
+    let report = folder.succeed_as_json("fit p.recipe --measurements read.csv --out fit");
+    let [used, off] = ["/readings/used", "/measured/furthest_degrees"]
+        .map(|field| report[0].pointer(field).map_or(f64::NAN, number));
+    assert!(used == 6.0 && off < 0.01, "{report}");
+    let next = "next p.recipe --measurements read.csv --speed 20,10 --blank next.csv";
+    let proposal = &folder.succeed_as_json(next)["directions"][0];
+    assert!(proposal["phi_i"].is_null() && number(&proposal["seconds"]) > 0.5);
+    assert!(
+        folder
+            .read_text("next.csv")
+            .starts_with("theta_i,theta_o,r,g,b\n")
+    );
+
+    folder.fail_each(
+        "plan p.recipe",
+        &[
+            "--speed 20,10,20,10 => --speed --in-plane",
+            "--no-full-turns => --no-full-turns --in-plane",
+        ],
+    );
+    folder.fail_naming("plan n8.recipe --speed 20,10", &["--speed", "--in-plane"]);
+}
+
 #[test]
 fn rejects_invalid_options() {
     let folder = folder();

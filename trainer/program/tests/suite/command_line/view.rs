@@ -120,6 +120,18 @@ fn page_of_lab_readings_without_reference() {
         assert!(difference.abs() < 1e-3, "{next} {proposed}");
     }
 
+    // It names the recipe that fits them, which without an argument is that of `trainer fit`.
+    let title = &scan["name"];
+    assert!(
+        title
+            .as_str()
+            .is_some_and(|name| name.starts_with("neural-any ")),
+        "{title}"
+    );
+    folder.succeed("render view --measurements any.csv --out own.html");
+    let own = &self::data(&folder.read_text("own.html"))["shown"][0];
+    assert_eq!([&own["name"], &own["model"]], ["linear-any", "linear"]);
+
     // The page has the fit of `trainer fit` instead of a recipe.
     let fit = &scan["fit"];
     let report = folder.succeed_as_json("fit neural-n8.recipe --measurements any.csv --out fit");
@@ -138,6 +150,8 @@ fn rejects_invalid_arguments() {
     let folder = folder();
     folder.write("a.csv", "index,r,g,b\n0,1,1,1\n");
     folder.fail_each("render view", &[
+"--material procedural:1 => RECIPE",
+"--measurements a.csv a.csv => 2 --measurements 1",
 "neural-n8.recipe => --material --measurements",
 "neural-n8.recipe neural-n8.recipe --material procedural:1 => neural-n8",
 "linear-n8.recipe --material procedural:1:77 => linear-n8.basis",
