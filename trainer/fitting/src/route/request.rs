@@ -15,21 +15,21 @@ use super::visit::{Order, Route};
 /// Options for the limits of a machine's arms.
 #[derive(Args, Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LimitArgs {
-    /// Largest angle of the light to the normal in degrees, above 0 to 90 [default: the recipe's, or else 90]
+    /// Largest angle of the light to the normal in degrees, above 0 to 90 [default: 90; with a recipe, its own]
     #[arg(long, value_name = "DEGREES")]
     #[serde(rename = "max_theta_i_degrees")]
     pub max_theta_i: Option<f32>,
-    /// Largest angle of the sensor to the normal in degrees, above 0 to 90 [default: the recipe's, or else 90]
+    /// Largest angle of the sensor to the normal in degrees, above 0 to 90 [default: 90; with a recipe, its own]
     #[arg(long, value_name = "DEGREES")]
     #[serde(rename = "max_theta_o_degrees")]
     pub max_theta_o: Option<f32>,
     /// Smallest angle between light and sensor as seen from the measured spot, in degrees, above 0 to 180
-    /// [default: the recipe's, or else 0]
+    /// [default: 0; with a recipe, its own]
     #[arg(long, value_name = "DEGREES")]
     #[serde(rename = "min_separation_degrees")]
     pub min_separation: Option<f32>,
     /// Two arms in one plane with the normal, without azimuths. The sensor's arm swings through the normal;
-    /// theta_o is negative on the light's side [default: the recipe's, or else any directions]
+    /// theta_o is negative on the light's side [default: any directions; with a recipe, its own]
     #[arg(long)]
     pub in_plane: bool,
 }
@@ -83,7 +83,7 @@ pub struct SpeedArgs {
     #[arg(long, value_name = "DEGREES/S", value_parser = speeds)]
     #[serde(rename = "speed_degrees_per_second")]
     pub speed: Option<Arms<f64>>,
-    /// Seconds for settling and reading at each sample, 0 to 86,400 [default: the recipe's, or else 0.5]
+    /// Seconds for settling and reading at each sample, 0 to 86,400 [default: 0.5; with a recipe, its own]
     #[arg(long, value_name = "SECONDS")]
     #[serde(rename = "settle_seconds")]
     pub settle: Option<f64>,
