@@ -62,7 +62,7 @@ RUN_TRAINER = ["cargo", "run", "--release", "--bin", "trainer", "--"]
 # Programs that would change the machine.
 REFUSED = ["cargo", "pip", "rustup", "sudo"]
 
-CHECK = "cargo check --offline 2>&1 | tee output; ! grep -qE '^(warning|error)' output"
+CHECK = "cargo check --offline --color never 2>&1 | tee output && ! grep -qE '^(warning|error)' output"
 MANIFEST = '[package]\nname = "reader"\nversion = "0.1.0"\nedition = "2024"\n\n[lib]\npath = "lib.rs"\n\n'
 MARKER = re.compile(r"<!-- not run: (.+) -->")
 
@@ -108,7 +108,7 @@ def blocks(text):
         bare = line.strip()
         if block is not None and bare == "```":
             yield *block, "\n".join(contents) + "\n", marker or section and section[1]
-            block, marker = None, None
+            block, marker, before = None, None, ""
         elif block is not None:
             contents.append(line)
         elif bare.startswith("```"):

@@ -3,6 +3,7 @@
 A combination is a row of the table OUT/study.csv, and its recipe is in OUT/recipes. The same command computes
 only what is missing, and continues unfinished trainings, also after a worker was killed. A row that fails is reported,
 and the others go on. The exit status is 1 if rows failed. All workers see the same folders of materials and results.
+Use another OUT after a change of the materials or of the module.
 
     pip install 'glimpse-brdf[cluster]'
     python cluster.py --data MERL-train/ --test MERL-test/ --effort standard --out study/
@@ -13,10 +14,12 @@ numbers on the same kind of processor, and the same seed and efforts.
 
 import argparse
 import csv
+import fcntl
 import itertools
 import json
 import os
 import sys
+import uuid
 import zlib
 from pathlib import Path
 
@@ -56,7 +59,7 @@ def rows_of(args):
     keys = ["model", "schedule", "samples", "effort", "seed", "data", "test"]
     rows = [dict(zip(keys, values)) for values in itertools.product(*(getattr(args, key) for key in keys))]
     name = "{model}-n{samples}-{schedule}-{effort}-s{seed}-".format
-    return {name(**row) + digest(row, args.options): row for row in rows}
+    return {name(**row) + digest(row, args.options, glimpse.__version__): row for row in rows}
 
 
 def digest(*values):
@@ -65,6 +68,12 @@ def digest(*values):
 
 def compute(name, row, options, out, threads):
     """Trains and evaluates a row on a worker, unless that is done. All results are files, written whole."""
+    with open(out / f"locks/{name}", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # a worker that Dask gave up may still run
+        return compute_alone(name, row, options, out, threads)
+
+
+def compute_alone(name, row, options, out, threads):
     result, recipe_path = out / f"rows/{name}.json", out / f"recipes/{name}.recipe"
     if result.exists():
         return json.loads(result.read_text())
@@ -82,7 +91,7 @@ def compute(name, row, options, out, threads):
 
 
 def write(path, text):
-    part = path.with_name(f"{path.name}.{os.getpid()}")
+    part = path.with_name(f"{path.name}.{uuid.uuid4()}")
     part.write_text(text)
     os.replace(part, path)
 
@@ -90,7 +99,7 @@ def write(path, text):
 def main(arguments=None):
     args = parse(arguments)
     out, rows = args.out.resolve(), rows_of(args)
-    for folder in ["rows", "recipes", "checkpoints"]:
+    for folder in ["rows", "recipes", "checkpoints", "locks"]:
         (out / folder).mkdir(parents=True, exist_ok=True)
     workers = {"n_workers": max(1, os.cpu_count() // max(1, args.threads)), "threads_per_worker": 1}
     finished, failed = {}, 0

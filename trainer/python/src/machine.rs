@@ -3,9 +3,9 @@
 use glimpse_core::geometry::Arms;
 use glimpse_fitting::route::{LimitArgs, MachineArgs, SpeedArgs, axis_speeds};
 use pyo3::prelude::*;
-use serde_json::json;
+use pyo3::types::PyDict;
 
-use crate::arrays::{numbers, to_python};
+use crate::arrays::numbers;
 use crate::error::{Result, reject};
 
 /// A machine with two arms, for `Recipe.plan`, `Recipe.next` and `train`. Defaults are those of the recipe, if it was
@@ -49,10 +49,15 @@ impl PyMachine {
     }
 
     /// Supports copy and pickle: the arguments of the constructor.
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> Result<((), Bound<'py, PyAny>)> {
-        let mut named = json!(self.0);
-        named["speed_degrees_per_second"] = json!(self.0.speeds.speed.map(Arms::to_array));
-        Ok(((), to_python(py, named)?))
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((), Bound<'py, PyDict>)> {
+        let (MachineArgs { limits, speeds }, named) = (self.0, PyDict::new(py));
+        named.set_item("speed_degrees_per_second", speeds.speed.map(Arms::to_array))?;
+        named.set_item("settle_seconds", speeds.settle)?;
+        named.set_item("max_theta_i_degrees", limits.max_theta_i)?;
+        named.set_item("max_theta_o_degrees", limits.max_theta_o)?;
+        named.set_item("min_separation_degrees", limits.min_separation)?;
+        named.set_item("in_plane", limits.in_plane)?;
+        Ok(((), named))
     }
 }
 

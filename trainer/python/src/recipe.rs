@@ -330,6 +330,14 @@ impl PyRecipe {
         Ok([mean, Array::new(&[count], components, entries)])
     }
 
+    /// Returns the bundled recipe of a checksum, for pickles.
+    #[staticmethod]
+    fn _bundled(checksum: &str) -> Option<Self> {
+        let checksum = u32::from_str_radix(checksum, 16).ok()?;
+        let bundled = bundled::find_by_checksum(checksum)?;
+        Some(Self(NamedRecipe::bundled(bundled)))
+    }
+
     /// Repeats a fit of readings, for pickles.
     fn _fit_rows<'py>(
         slf: &Bound<'py, Self>,

@@ -409,9 +409,9 @@ def test_next_leads_a_scan(trainer, tmp_path):
     command = json.loads(trainer("next", "--measurements", "scan.csv", "--in-plane", "--json"))
     same = recipe.next(pairs, material(pairs), machine=Machine(in_plane=True))
     [direction] = command["directions"]
-    angles = [direction[name] for name in HEADER.split(",")[:4]]
-    # The azimuth of the light is 0 there.
-    expected = glimpse.directions_from_degrees(*angles)
+    assert direction["phi_i"] is None and direction["phi_o"] is None
+    # The azimuth of the light is 0 there, and the sensor's that of the mirror side.
+    expected = glimpse.directions_from_degrees(direction["theta_i"], 0, direction["theta_o"], 180)
     np.testing.assert_allclose(same.directions[0, :, 2], expected[:, 2], atol=1e-4)
     with pytest.raises(glimpse.GlimpseError):
         recipe.next(pairs)

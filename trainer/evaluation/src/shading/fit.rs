@@ -39,7 +39,7 @@ const SUN_RADIUS: f64 = 0.12;
 const DELTA_E: f64 = 50.0;
 /// The number of steps of 1 in values, so that files are short.
 const STEPS_OF_VALUES: f64 = 1e5;
-/// The smallest change of an error that is an effect: 0.01 % of the BRDF, or a color difference of 0.005.
+/// The smallest change of an error that is an effect: of ln(1 + f cos), or a color difference of 0.005.
 const MAX_CHANGE: f64 = 1e-4;
 
 /// Approximates a BRDF by a shading model.

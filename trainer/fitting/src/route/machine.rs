@@ -86,8 +86,7 @@ pub enum MachineError {
     NoAzimuth,
     /// A setting of azimuths, for a machine in one plane.
     #[error(
-        "{0} is about azimuths, which a machine with {in_plane} does not have: remove it, and give speeds of theta_i and \
-         theta_o alone",
+        "{0} is about azimuths, which a machine with {in_plane} does not have: remove it (or a speed of phi_i and phi_o)",
         in_plane = Name::IN_PLANE
     )]
     Azimuth(Name<'static>),

@@ -107,15 +107,13 @@ impl SpeedArgs {
 }
 
 /// Options for a machine.
-#[derive(Args, Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
 pub struct MachineArgs {
     /// The limits of the arms.
     #[command(flatten)]
-    #[serde(flatten)]
     pub limits: LimitArgs,
     /// The speeds of the axes.
     #[command(flatten)]
-    #[serde(flatten)]
     pub speeds: SpeedArgs,
 }
 
@@ -168,7 +166,7 @@ impl PlanArgs {
             ..self.machine.machine(stated)?
         };
         if machine.limits.in_plane && self.no_full_turns {
-            return Err(MachineError::Azimuth(Name("no_full_turns")).into());
+            return Err(MachineError::Azimuth(Name("full_turns")).into());
         }
         let stops = stops(recipe, &machine.limits)?;
         let own = if recipe.is_in_path_order() {

@@ -28,7 +28,8 @@ fn csv_angles(arms: &Arms<Option<f64>>) -> String {
 /// machine in one plane has no azimuths.
 #[must_use]
 pub fn blank_directions(positions: &[Arms<Option<f64>>]) -> String {
-    let header = positions.first().map(csv_names).unwrap_or_default();
+    let header = positions.first();
+    let header = header.map_or_else(|| Arms::NAMES.join(","), csv_names);
     let rows = positions
         .iter()
         .map(|arms| format!("{},,,\n", csv_angles(arms)));

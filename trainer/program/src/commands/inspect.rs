@@ -98,6 +98,10 @@ fn describe_estimator(recipe: &Recipe<'_>) -> [Item; 3] {
 /// Describes the time of a scan, on the machine that the recipe was trained for.
 fn describe_scan(recipe: &Recipe<'_>, metadata: &Metadata) -> String {
     let machine = metadata.machine();
+    // A machine in one plane has no azimuths.
+    let axes = 1 + usize::from(machine.limits.in_plane);
+    let speeds = machine.speeds.to_array().into_iter().step_by(axes);
+    let speeds: Vec<String> = speeds.map(|speed| speed.to_string()).collect();
     let Some(route) = Route::of_recipe(recipe, &machine, Order::Travel) else {
         return "some samples exceed the limits".to_owned();
     };
@@ -109,11 +113,7 @@ fn describe_scan(recipe: &Recipe<'_>, metadata: &Metadata) -> String {
         "{:.1} seconds, including {:.1} of motion, at {} degrees/s with {} seconds at each sample{trained}",
         route.total(),
         route.travel,
-        machine
-            .speeds
-            .to_array()
-            .map(|speed| speed.to_string())
-            .join(","),
+        speeds.join(","),
         machine.settle,
     )
 }

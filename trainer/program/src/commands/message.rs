@@ -17,6 +17,7 @@ pub(crate) fn option(name: &str) -> String {
     let name = match name {
         "materials" => "data",
         "settle_seconds" => "settle",
+        "full_turns" => "no_full_turns",
         name => name
             .trim_end_matches("_per_second")
             .trim_end_matches("_degrees"),

@@ -20,11 +20,11 @@ def reduce(recipe: Recipe, bundled: Optional[str]) -> tuple[Callable[..., Recipe
 
 def restore_bundled(name: str, checksum: str) -> Recipe:
     """Returns a bundled recipe, if it is the pickled one."""
-    recipe = Recipe.load(name)
-    if recipe.checksum != checksum:
+    recipe = Recipe._bundled(checksum)  # type: ignore[attr-defined]
+    if recipe is None:
         raise GlimpseError(
-            f"the bundled recipe {name} of this version is {recipe.checksum}, not the pickled {checksum}: install the "
-            "version that pickled it, or exchange the recipe by `save` and `load`"
+            f"this version does not bundle the pickled recipe {name}, {checksum}: install the version that pickled it, or "
+            "exchange the recipe by `save` and `load`"
         )
     return recipe
 
