@@ -35,7 +35,7 @@ fn full() -> Metadata {
         },
         scan_seconds: Some(60.0),
         speeds: SpeedArgs {
-            speed: Some(Arms::from_array([20.0, 0.0, 10.0, 90.0])),
+            speed: Some(Arms::from_array([20.0, 0.0, 10.0, 0.0])),
             settle: Some(0.1),
         },
         ..TrainingOptions::new(
