@@ -9,7 +9,7 @@ fuzz/, files named tests.rs, and inline modules after #[cfg(test)].
 import re, subprocess, sys
 from pathlib import Path
 
-CEILINGS = {"lines of code": 46_039, "lines of tests": 21_915, "words of documents": 19_894}
+CEILINGS = {"lines of code": 46_039, "lines of tests": 21_915, "words of documents": 19_891}
 
 ROOT = Path(__file__).resolve().parents[1]
 TEST_FILE = re.compile(r"(^|/)(tests|fuzz)/|(^|/)tests\.rs$")
