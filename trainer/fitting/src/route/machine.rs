@@ -86,7 +86,7 @@ pub enum MachineError {
     NoAzimuth,
     /// A setting of azimuths, for a machine in one plane.
     #[error(
-        "{0} is about azimuths, which a machine with {in_plane} does not have: remove it (or a speed of phi_i and phi_o)",
+        "{0} states something of azimuths, which a machine with {in_plane} does not have: leave that out",
         in_plane = Name::IN_PLANE
     )]
     Azimuth(Name<'static>),

@@ -78,8 +78,8 @@ impl LimitArgs {
 pub struct SpeedArgs {
     /// Speeds of the axes theta_i, phi_i, theta_o, phi_o in degrees per second, 0.001 to 1,000,000: one
     /// number for all axes, or four, for example 20,10,20,10. Speed 0 marks an azimuth axis that the
-    /// machine does not have. With --in-plane two, of theta_i and theta_o [default: the recipe's, or
-    /// else 10]
+    /// machine does not have. With --in-plane two, of theta_i and theta_o [default: 10; with a
+    /// recipe, its own]
     #[arg(long, value_name = "DEGREES/S", value_parser = speeds)]
     #[serde(rename = "speed_degrees_per_second")]
     pub speed: Option<Arms<f64>>,

@@ -128,8 +128,8 @@ impl Quickstart {
 /// The picture that `tests/figures` makes.
 const MEASURED: &[u8] = include_bytes!("measured.png");
 const MEASURED_CAPTION: &str = "Two of RGL's measured materials (CC0), rendered from the measurement, and from fits of Neural \
-    to 8 of its values by recipes that never saw them. Delta E is the color error: 1 is just visible, the middle felt has 3.8. \
-    The materials below are synthetic, if --data did not choose others.";
+    to 8 of its values. The paper's recipe was trained on synthetic materials, Glimpse's also on 9 others of RGL's. Delta E is \
+    the color error: 1 is just visible, the middle felt has 3.8. All materials below are synthetic, unless given by --data.";
 const INTRODUCTION: &str = "A recipe holds learned directions of measurement, and learned initial \
     parameters of a small network that is fitted to the readings. This page shows scans of unseen \
     materials with bundled recipes for 1, 2, 4, 8 and 16 pairs of directions, and for 16 pairs in 16 seconds. Each material is measured \
